@@ -1,0 +1,55 @@
+# What every target of the repository shares: language level, flags, places of the outputs.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_C_STANDARD 11)
+set(CMAKE_C_STANDARD_REQUIRED ON)
+set(CMAKE_C_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_C_VISIBILITY_PRESET hidden)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+set(CALOT_PLUGIN_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/lib/calot/plugins")
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+set(CMAKE_C_FLAGS_RELEASE "-O2 -DNDEBUG")
+
+# Same bits everywhere: no contraction of a*b+c, and never -ffast-math.
+add_compile_options(-Wall -Wextra -ffp-contract=off)
+if(CALOT_ARCHITECTURE)
+  add_compile_options("-march=${CALOT_ARCHITECTURE}")
+endif()
+
+set(CALOT_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize=")
+if(CALOT_SANITIZE)
+  add_compile_options("-fsanitize=${CALOT_SANITIZE}" -fno-omit-frame-pointer)
+  add_link_options("-fsanitize=${CALOT_SANITIZE}")
+endif()
+
+# A compiler cache, where one is installed.
+find_program(CALOT_CCACHE ccache)
+if(CALOT_CCACHE)
+  set(CMAKE_C_COMPILER_LAUNCHER "${CALOT_CCACHE}")
+  set(CMAKE_CXX_COMPILER_LAUNCHER "${CALOT_CCACHE}")
+endif()
+
+# calot_add_test(NAME SOURCES... LIBRARIES...): a GoogleTest program; each of its tests is a CTest test.
+function(calot_add_test NAME)
+  if(NOT CALOT_BUILD_TESTS)
+    return()
+  endif()
+  cmake_parse_arguments(T "" "TIMEOUT" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  if(NOT T_TIMEOUT)
+    set(T_TIMEOUT 120)
+  endif()
+  add_executable(${NAME} ${T_SOURCES})
+  set_target_properties(${NAME} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/tests")
+  target_link_libraries(${NAME} PRIVATE ${T_LIBRARIES} GTest::gtest GTest::gtest_main)
+  target_compile_definitions(${NAME} PRIVATE
+    CALOT_SOURCE_DIR="${CMAKE_SOURCE_DIR}" CALOT_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  gtest_discover_tests(${NAME} TEST_PREFIX "${NAME}." DISCOVERY_MODE PRE_TEST
+    PROPERTIES TIMEOUT ${T_TIMEOUT} LABELS "${T_LABELS}")
+endfunction()
