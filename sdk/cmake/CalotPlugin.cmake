@@ -1,10 +1,15 @@
-# calot_add_plugin(NAME SOURCES... [LIBRARIES...] [ASSETS...] [ENTRY symbol])
+# calot_add_plugin(NAME SOURCES... [LIBRARIES...] [ASSETS...] [OUTPUT_DIRECTORY folder])
 #
 # Builds one plugin: a shared library with exactly two exported symbols, and its manifest beside it, in a
-# folder of its own below lib/calot/plugins. The manifest comes from plugin.toml.in in the current folder;
-# @CALOT_LIBRARY@, @CALOT_ABI_MAJOR@, @CALOT_ABI_MINOR@, @CALOT_ABI_FINGERPRINT@, @CALOT_PLATFORM@ and
+# folder of its own below lib/calot/plugins, or below OUTPUT_DIRECTORY (plugins that are not shipped). The manifest
+# comes from plugin.toml.in in the current folder; @CALOT_LIBRARY@, @CALOT_ABI_MAJOR@, @CALOT_ABI_MINOR@, @CALOT_ABI_FINGERPRINT@, @CALOT_PLATFORM@ and
 # @CALOT_ASSETS@ (one [[asset]] with path and SHA-256 for each file of ASSETS) are filled in.
 get_filename_component(CALOT_SDK_DIR "${CMAKE_CURRENT_LIST_DIR}/.." ABSOLUTE)
+
+# Everything that a user needs: the program and every plugin, without tests.
+if(NOT TARGET calot_runtime)
+  add_custom_target(calot_runtime)
+endif()
 set(CALOT_PLUGIN_VERSION_SCRIPT "${CMAKE_CURRENT_LIST_DIR}/plugin.map")
 
 function(calot_read_abi)
@@ -17,8 +22,12 @@ function(calot_read_abi)
 endfunction()
 
 function(calot_add_plugin NAME)
-  cmake_parse_arguments(P "" "" "SOURCES;LIBRARIES;ASSETS" ${ARGN})
-  set(folder "${CALOT_PLUGIN_OUTPUT_DIRECTORY}/${NAME}")
+  cmake_parse_arguments(P "" "OUTPUT_DIRECTORY" "SOURCES;LIBRARIES;ASSETS" ${ARGN})
+  if(NOT P_OUTPUT_DIRECTORY)
+    set(P_OUTPUT_DIRECTORY "${CALOT_PLUGIN_OUTPUT_DIRECTORY}")
+    set(is_shipped ON)
+  endif()
+  set(folder "${P_OUTPUT_DIRECTORY}/${NAME}")
   add_library(${NAME} MODULE ${P_SOURCES})
   target_link_libraries(${NAME} PRIVATE calot::sdk ${P_LIBRARIES})
   set_target_properties(${NAME} PROPERTIES PREFIX "" LIBRARY_OUTPUT_DIRECTORY "${folder}"
@@ -30,6 +39,10 @@ function(calot_add_plugin NAME)
     target_link_options(${NAME} PRIVATE "LINKER:--no-undefined")
   endif()
   set_property(TARGET ${NAME} APPEND PROPERTY LINK_DEPENDS "${CALOT_PLUGIN_VERSION_SCRIPT}")
+
+  if(is_shipped)
+    add_dependencies(calot_runtime ${NAME})
+  endif()
 
   calot_read_abi()
   set(CALOT_LIBRARY "${NAME}.so")
