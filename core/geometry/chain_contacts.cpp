@@ -1,0 +1,447 @@
+#include "geometry/chain_contacts.hpp"
+
+#include "geometry/surface_minima.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <type_traits>
+#include <vector>
+
+namespace calot::geometry {
+namespace {
+
+// Directions closer than this push alike; widened stepwise when more than the allowed number remain.
+constexpr double widening_cosines[] = {
+    0.9659258262890683, 0.8660254037844386, 0.7071067811865476, 0.5, 0.2588190451025207, 0.0};
+constexpr double alike_cosine = widening_cosines[0]; // 15 degrees
+// Contacts on one segment closer than this many radii along it count as at one place.
+constexpr double same_place = 0.5;
+// What the ends of a segment imply up to this many radii is not said again.
+constexpr double implied_tolerance = 0.005;
+// From tick to tick a contact keeps its identity if its direction turns less than 60 degrees...
+constexpr double same_contact_cosine = 0.5;
+// ...and its point moves less than this many radii.
+constexpr double same_contact_move = 0.5;
+
+struct Found {
+    Minimum minimum;
+    double gap;
+};
+
+bool deeper(const Found& a, const Found& b) {
+    return a.gap != b.gap ? a.gap < b.gap : a.minimum.part < b.minimum.part;
+}
+
+// The deepest minima of one node or segment; which ones remain does not depend on the order of arrival.
+class FoundList {
+  public:
+    void clear() {
+        size_ = 0;
+        overflowed_ = false;
+    }
+    void add(const Found& found) {
+        if (size_ == items_.size()) {
+            std::sort(items_.begin(), items_.end(), deeper);
+            size_ = kept;
+            overflowed_ = true;
+        }
+        items_[size_++] = found;
+    }
+    void sort() {
+        std::sort(items_.begin(), items_.begin() + size_, deeper);
+        if (overflowed_ && size_ > kept) size_ = kept;
+    }
+    template<class Predicate>
+    void drop_if(Predicate&& predicate) {
+        size_ = std::remove_if(items_.begin(), items_.begin() + size_, predicate) - items_.begin();
+    }
+    const Found* begin() const { return items_.data(); }
+    const Found* end() const { return items_.data() + size_; }
+    std::size_t size() const { return size_; }
+
+  private:
+    static constexpr std::size_t kept = 128;
+    std::array<Found, 2 * kept> items_;
+    std::size_t size_ = 0;
+    bool overflowed_ = false;
+};
+
+template<class T, std::size_t N>
+struct Few {
+    std::array<T, N> items;
+    std::size_t size = 0;
+
+    void push(const T& item) { items[size++] = item; }
+    void erase(std::size_t i) {
+        for (; i + 1 < size; ++i)
+            items[i] = items[i + 1];
+        --size;
+    }
+    T* begin() { return items.data(); }
+    T* end() { return items.data() + size; }
+    const T* begin() const { return items.data(); }
+    const T* end() const { return items.data() + size; }
+};
+
+// What is remembered of a contact until the next tick.
+struct Memory {
+    std::uint64_t id;
+    Vec3 point, normal;
+    std::uint32_t organ;
+    std::uint32_t unused; // no padding: memories are saved as bytes
+};
+static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) == 64);
+
+constexpr std::size_t most = std::max(ChainContacts::most_per_node, ChainContacts::most_per_segment);
+using FewFound = Few<Found, most>;
+using FewMemories = Few<Memory, most>;
+
+struct StateHeader {
+    std::uint64_t magic, slots, next_id;
+};
+constexpr std::uint64_t state_magic = 0x31434e4843544c43ull; // "CLTCHNC1"
+
+// Keeps, deepest first, what no deeper one at the same place resembles, widening "resembles" until it fits.
+FewFound thin(const FoundList& sorted, double length, double radius, std::size_t limit) {
+    FewFound kept;
+    double place = same_place * radius;
+    for (const double cosine : widening_cosines) {
+        kept.size = 0;
+        bool fits = true;
+        for (const Found& found : sorted) {
+            const bool covered = std::any_of(kept.begin(), kept.end(), [&](const Found& other) {
+                return dot(found.minimum.normal, other.minimum.normal) > cosine &&
+                       std::fabs(found.minimum.t - other.minimum.t) * length <= place;
+            });
+            if (covered) continue;
+            if (kept.size == limit) {
+                fits = false;
+                break;
+            }
+            kept.push(found);
+        }
+        if (fits) return kept;
+        place *= 1.5;
+    }
+    return kept; // still more: the deepest
+}
+
+} // namespace
+
+struct ChainContacts::Impl {
+    explicit Impl(std::size_t nodes)
+        : most_nodes(nodes), nodes_found(nodes), segments_found(nodes), memories(2 * nodes),
+          remembered(2 * nodes) {
+        contacts.reserve(nodes * (most_per_node + most_per_segment));
+    }
+
+    std::size_t most_nodes;
+    bool valid = true;
+    std::uint64_t next_id = 1;
+    FoundList list;
+    std::vector<FewFound> nodes_found, segments_found;
+    // Slot 2 i: node i; slot 2 i + 1: segment i. Of the last call, and in the making.
+    std::vector<FewMemories> memories, remembered;
+    std::vector<Contact> contacts;
+
+    static bool acceptable(const Chain& chain, std::size_t most_nodes);
+    static double node_radius(const Chain& chain, std::size_t node);
+    void find_at_node(const TriangleScene& scene, const Chain& chain, double margin, std::size_t node);
+    void find_on_segment(const TriangleScene& scene, const Chain& chain, double margin, std::size_t segment);
+    void drop_wrong_sides(const TriangleScene& scene, std::size_t slot, double radius);
+    void drop_implied(std::size_t segment, double radius);
+    void drop_shared(const Chain& chain, std::size_t segment);
+    void emit(const TriangleScene& scene, const Chain& chain, std::size_t slot);
+    void identify(const Chain& chain);
+};
+
+bool ChainContacts::Impl::acceptable(const Chain& chain, std::size_t most_nodes) {
+    const std::size_t n = chain.node_count();
+    if (n < 2 || n > most_nodes || chain.y.size() != n || chain.z.size() != n || chain.radius.size() != n - 1)
+        return false;
+    for (std::size_t i = chain.first_segment; i < n; ++i)
+        if (!is_finite(chain.node(i))) return false;
+    return std::all_of(chain.radius.begin(), chain.radius.end(),
+                       [](double r) { return r > 0.0 && std::isfinite(r); });
+}
+
+double ChainContacts::Impl::node_radius(const Chain& chain, std::size_t node) {
+    double radius = 0.0;
+    if (node > chain.first_segment) radius = chain.radius[node - 1];
+    if (node < chain.radius.size()) radius = std::max(radius, chain.radius[node]);
+    return radius;
+}
+
+void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& chain, double margin,
+                                       std::size_t node) {
+    const double radius = node_radius(chain, node);
+    const Vec3 c = chain.node(node);
+    const double reach = radius + margin;
+    list.clear();
+    scene.tree().overlapping(box_of(c, c, reach), [&](std::uint32_t first, std::uint32_t last) {
+        for (std::uint32_t position = first; position < last; ++position)
+            minima_at_point(scene, position, c, reach, [&](const Minimum& minimum) {
+                list.add({minimum, (minimum.behind ? -minimum.distance : minimum.distance) - radius});
+            });
+    });
+    drop_wrong_sides(scene, 2 * node, radius);
+    list.sort();
+    nodes_found[node] = thin(list, 0.0, radius, most_per_node);
+}
+
+void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chain& chain, double margin,
+                                          std::size_t segment) {
+    const double radius = chain.radius[segment];
+    const Vec3 p0 = chain.node(segment), p1 = chain.node(segment + 1);
+    const double reach = radius + margin;
+    list.clear();
+    scene.tree().overlapping(box_of(p0, p1, reach), [&](std::uint32_t first, std::uint32_t last) {
+        for (std::uint32_t position = first; position < last; ++position)
+            minima_along_segment(scene, position, p0, p1, reach, [&](const Minimum& minimum) {
+                list.add({minimum, (minimum.behind ? -minimum.distance : minimum.distance) - radius});
+            });
+    });
+    drop_wrong_sides(scene, 2 * segment + 1, radius);
+    drop_implied(segment, radius);
+    list.sort();
+    segments_found[segment] = thin(list, norm(p1 - p0), radius, most_per_segment);
+}
+
+// Minima seen from behind stay only where the centreline has sunk through a surface it touched before: one
+// that a memory of this slot vouches for and that is not seen from the front any more.
+void ChainContacts::Impl::drop_wrong_sides(const TriangleScene& scene, std::size_t slot, double radius) {
+    const auto resembles = [&](const Found& found, const Memory& memory) {
+        return scene.triangles()[found.minimum.position].organ == memory.organ &&
+               dot(found.minimum.normal, memory.normal) > same_contact_cosine &&
+               norm2(found.minimum.point - memory.point) < radius * radius;
+    };
+    Few<Memory, most> lost;
+    for (const Memory& memory : memories[slot])
+        if (std::none_of(list.begin(), list.end(), [&](const Found& found) {
+                return !found.minimum.behind && resembles(found, memory);
+            }))
+            lost.push(memory);
+    list.drop_if([&](const Found& found) {
+        return found.minimum.behind &&
+               (found.minimum.distance > radius ||
+                std::none_of(lost.begin(), lost.end(), [&](const Memory& m) { return resembles(found, m); }));
+    });
+}
+
+// The ends of a segment hold a flat or hollow wall; its inside adds a contact only where the wall bulges.
+void ChainContacts::Impl::drop_implied(std::size_t segment, double radius) {
+    const auto most_alike = [](const FewFound& end, Vec3 normal) {
+        const Found* best = nullptr;
+        double best_cosine = alike_cosine;
+        for (const Found& found : end)
+            if (dot(found.minimum.normal, normal) > best_cosine) {
+                best_cosine = dot(found.minimum.normal, normal);
+                best = &found;
+            }
+        return best;
+    };
+    list.drop_if([&](const Found& found) {
+        const Found* first = most_alike(nodes_found[segment], found.minimum.normal);
+        const Found* second = most_alike(nodes_found[segment + 1], found.minimum.normal);
+        const double t = found.minimum.t;
+        return first && second &&
+               found.gap >= (1.0 - t) * first->gap + t * second->gap - implied_tolerance * radius;
+    });
+}
+
+// A part that the inside of a segment touches is not also touched by its ends; and of two contacts in one
+// place and direction, one at the end and one just inside, the deeper stays.
+void ChainContacts::Impl::drop_shared(const Chain& chain, std::size_t segment) {
+    const double length = norm(chain.node(segment + 1) - chain.node(segment));
+    FewFound& inside = segments_found[segment];
+    for (std::size_t s = inside.size; s-- > 0;) {
+        bool keep = true;
+        for (const std::size_t node : {segment, segment + 1}) {
+            FewFound& ends = nodes_found[node];
+            const double from_end =
+                (node == segment ? inside.items[s].minimum.t : 1.0 - inside.items[s].minimum.t);
+            const bool near = from_end * length < 0.1 * chain.radius[segment];
+            for (std::size_t e = ends.size; keep && e-- > 0;) {
+                const Found& a = inside.items[s];
+                const Found& b = ends.items[e];
+                const bool alike = dot(a.minimum.normal, b.minimum.normal) > alike_cosine;
+                if (a.minimum.part == b.minimum.part && a.minimum.behind == b.minimum.behind)
+                    ends.erase(e);
+                else if (near && alike && a.gap < b.gap)
+                    ends.erase(e);
+                else if (near && alike)
+                    keep = false;
+            }
+        }
+        if (!keep) inside.erase(s);
+    }
+}
+
+void ChainContacts::Impl::emit(const TriangleScene& scene, const Chain& chain, std::size_t slot) {
+    const std::size_t index = slot / 2;
+    const bool at_node = slot % 2 == 0;
+    remembered[slot].size = 0;
+    for (const Found& found : at_node ? nodes_found[index] : segments_found[index]) {
+        const TriangleScene::Triangle& triangle = scene.triangles()[found.minimum.position];
+        Contact contact{};
+        contact.organ = triangle.organ;
+        contact.region = triangle.region;
+        contact.triangle = triangle.id;
+        contact.segment = static_cast<std::uint32_t>(index);
+        contact.t = found.minimum.t;
+        if (at_node) {
+            // At a step in radius the contact belongs to the thicker side; at the last node to the last
+            // segment.
+            const bool before =
+                index == chain.radius.size() ||
+                (index > chain.first_segment && chain.radius[index - 1] > chain.radius[index]);
+            contact.segment -= before ? 1 : 0;
+            contact.t = before ? 1.0 : 0.0;
+        }
+        contact.point = found.minimum.point;
+        contact.normal = found.minimum.normal;
+        contact.gap = found.gap;
+        contact.friction = scene.friction(triangle);
+        remembered[slot].push({0, contact.point, contact.normal, contact.organ, 0});
+        contacts.push_back(contact);
+    }
+}
+
+// Hands the identities of the tick before on: first within each slot, then to neighbours along the chain,
+// since a rim stays where it is while the shaft slides past; the nearest pairs first. What is left is new.
+void ChainContacts::Impl::identify(const Chain& chain) {
+    const std::size_t first = 2 * chain.first_segment, last = 2 * chain.node_count() - 1;
+    const auto match = [&](std::size_t slot, std::size_t with) {
+        const double radius = slot % 2 == 0 ? node_radius(chain, slot / 2) : chain.radius[slot / 2];
+        while (true) {
+            Memory* to = nullptr;
+            Memory* from = nullptr;
+            double nearest = same_contact_move * radius * same_contact_move * radius;
+            for (Memory& now : remembered[slot])
+                for (Memory& then : memories[with]) {
+                    if (now.id != 0 || then.id == 0 || now.organ != then.organ) continue;
+                    if (dot(now.normal, then.normal) <= same_contact_cosine) continue;
+                    const double distance2 = norm2(now.point - then.point);
+                    if (distance2 < nearest) {
+                        nearest = distance2;
+                        to = &now;
+                        from = &then;
+                    }
+                }
+            if (to == nullptr) return;
+            to->id = from->id;
+            from->id = 0;
+        }
+    };
+    for (std::size_t slot = first; slot < last; ++slot)
+        match(slot, slot);
+    for (std::size_t slot = first; slot < last; ++slot)
+        for (std::size_t step = 1; step <= 2; ++step) {
+            if (slot >= step) match(slot, slot - step);
+            if (slot + step < memories.size()) match(slot, slot + step);
+        }
+    std::size_t at = 0;
+    for (std::size_t slot = first; slot < last; ++slot)
+        for (Memory& memory : remembered[slot]) {
+            if (memory.id == 0) memory.id = next_id++;
+            contacts[at++].id = memory.id;
+        }
+}
+
+ChainContacts::ChainContacts(std::size_t most_nodes) : impl_(std::make_unique<Impl>(most_nodes)) {}
+ChainContacts::~ChainContacts() = default;
+ChainContacts::ChainContacts(ChainContacts&&) noexcept = default;
+ChainContacts& ChainContacts::operator=(ChainContacts&&) noexcept = default;
+
+std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const Chain& chain, double margin) {
+    Impl& state = *impl_;
+    state.contacts.clear();
+    state.valid = Impl::acceptable(chain, state.most_nodes) && margin >= 0.0 && std::isfinite(margin);
+    if (!state.valid) return state.contacts;
+
+    for (FewMemories& slot : state.remembered)
+        slot.size = 0;
+    if (chain.first_segment < chain.radius.size()) {
+        const std::size_t n = chain.node_count();
+        for (std::size_t i = chain.first_segment; i < n; ++i)
+            state.find_at_node(scene, chain, margin, i);
+        for (std::size_t i = chain.first_segment; i + 1 < n; ++i)
+            state.find_on_segment(scene, chain, margin, i);
+        for (std::size_t i = chain.first_segment; i + 1 < n; ++i)
+            state.drop_shared(chain, i);
+        for (std::size_t slot = 2 * chain.first_segment; slot < 2 * n - 1; ++slot)
+            state.emit(scene, chain, slot);
+        state.identify(chain);
+    }
+    std::swap(state.memories, state.remembered);
+    return state.contacts;
+}
+
+bool ChainContacts::valid() const {
+    return impl_->valid;
+}
+
+void ChainContacts::reset() {
+    for (FewMemories& slot : impl_->memories)
+        slot.size = 0;
+    impl_->next_id = 1;
+    impl_->valid = true;
+    impl_->contacts.clear();
+}
+
+std::size_t ChainContacts::state_size() const {
+    return sizeof(StateHeader) + impl_->memories.size() * (sizeof(std::uint64_t) + most * sizeof(Memory));
+}
+
+void ChainContacts::save(std::span<std::byte> state) const {
+    if (state.size() < state_size()) return;
+    std::byte* at = state.data();
+    const auto put = [&](const void* data, std::size_t size) {
+        std::memcpy(at, data, size);
+        at += size;
+    };
+    const StateHeader header{state_magic, impl_->memories.size(), impl_->next_id};
+    put(&header, sizeof header);
+    for (const FewMemories& slot : impl_->memories) {
+        const std::uint64_t size = slot.size;
+        put(&size, sizeof size);
+        for (std::size_t i = 0; i < most; ++i) {
+            const Memory memory = i < slot.size ? slot.items[i] : Memory{};
+            put(&memory, sizeof memory);
+        }
+    }
+}
+
+bool ChainContacts::load(std::span<const std::byte> state) {
+    if (state.size() != state_size()) return false;
+    const std::byte* at = state.data();
+    const auto take = [&](void* data, std::size_t size) {
+        std::memcpy(data, at, size);
+        at += size;
+    };
+    StateHeader header;
+    take(&header, sizeof header);
+    if (header.magic != state_magic || header.slots != impl_->memories.size() || header.next_id == 0)
+        return false;
+    std::vector<FewMemories> loaded(impl_->memories.size());
+    for (FewMemories& slot : loaded) {
+        std::uint64_t size;
+        take(&size, sizeof size);
+        if (size > most) return false;
+        slot.size = size;
+        for (Memory& memory : slot.items)
+            take(&memory, sizeof memory);
+        for (const Memory& memory : slot)
+            if (memory.id == 0 || memory.id >= header.next_id || !is_finite(memory.point) ||
+                !is_finite(memory.normal))
+                return false;
+    }
+    impl_->memories = std::move(loaded);
+    impl_->next_id = header.next_id;
+    impl_->valid = true;
+    impl_->contacts.clear();
+    return true;
+}
+
+} // namespace calot::geometry

@@ -1,0 +1,130 @@
+// The surfaces of several organs merged into one scene of triangles under one hierarchy.
+//
+// Organs are closed solids, triangles counter-clockwise seen from outside. Open surfaces are accepted (plates
+// in tests); only their front side is touched. Immutable once built, except through move_vertices; const
+// functions may be called from any number of threads at once.
+#pragma once
+
+#include "geometry/bvh.hpp"
+#include "geometry/vec3.hpp"
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace calot::geometry {
+
+// One organ's surface, in the caller's memory; read during build only.
+struct OrganSurface {
+    std::string_view name;                    // for messages
+    std::span<const double> vertices;         // 3 V: x y z of each vertex, m, world LPS
+    std::span<const std::uint32_t> triangles; // 3 T: vertex indices
+    std::span<const std::uint32_t> regions;   // T, or empty: region 0 throughout
+    std::span<const double> friction;         // Coulomb coefficient by region, or one for all; empty: 0
+};
+
+class TriangleScene {
+  public:
+    static constexpr std::size_t most_organs = 256;
+    static constexpr std::size_t most_triangles = 4'000'000;
+    static constexpr std::uint32_t none = 0xffffffffu;
+
+    struct Triangle {
+        std::array<std::uint32_t, 3> vertex; // into vertices()
+        std::array<std::uint32_t, 3> edge;   // into edges(); edge k joins vertices k and (k + 1) % 3
+        std::uint32_t organ, region;
+        std::uint32_t id;  // index in the organ, as given
+        std::uint32_t key; // rank in the order in which organs and triangles were given: breaks ties
+        // Every edge and vertex belongs to one of its triangles, the one given first: bits 0-2 its own edges,
+        // bits 3-5 its own vertices. Whoever visits parts by triangle meets each part once.
+        std::uint8_t owns;
+    };
+
+    struct Edge {
+        std::array<std::uint32_t, 2> vertex; // ends
+        std::array<std::uint32_t, 2>
+            triangle; // positions of the triangles it joins; second `none` at a border
+        std::array<std::uint32_t, 2> opposite; // the vertex of each that is not on the edge
+    };
+
+    TriangleScene() = default;
+
+    // Merges the organs; vertices of one organ with identical coordinates become one, so that meshes split at
+    // seams for drawing are whole again. Triangles without area are left out (skipped_triangles()).
+    // Throws std::invalid_argument with the organ's name and the index of what is wrong: spans of wrong size,
+    // indices out of range, coordinates that are not finite or beyond 1 km, negative or non-finite friction,
+    // a region without friction, too many organs or triangles.
+    explicit TriangleScene(std::span<const OrganSurface> organs);
+
+    // Moves the vertices (3 V for all organs in the order given to build, as they were given) and refits the
+    // tree. Neither allocates nor checks for degenerate triangles: they are handled by every query.
+    // Returns false, and changes nothing, when the size is wrong or a coordinate is not finite or beyond 1
+    // km.
+    bool move_vertices(std::span<const double> vertices);
+
+    // Grows with every move_vertices: candidates cached for an older one are void.
+    std::uint64_t generation() const { return generation_; }
+
+    bool empty() const { return triangles_.empty(); }
+    std::size_t organ_count() const { return friction_.size(); }
+    std::size_t skipped_triangles() const { return skipped_; }
+    // Edges that more than two triangles share; contact directions there consider the first two only.
+    std::size_t irregular_edges() const { return irregular_edges_; }
+
+    // Triangles, in the order of the tree's leaves ("positions").
+    std::span<const Triangle> triangles() const { return triangles_; }
+    std::span<const Vec3> vertices() const { return vertices_; }
+    std::span<const Edge> edges() const { return edges_; }
+    // Positions of the triangles around a vertex, ascending.
+    std::span<const std::uint32_t> around(std::uint32_t vertex) const {
+        return std::span(fans_).subspan(fan_starts_[vertex], fan_starts_[vertex + 1] - fan_starts_[vertex]);
+    }
+    double friction(const Triangle& triangle) const {
+        const auto& table = friction_[triangle.organ];
+        return table[triangle.region < table.size() ? triangle.region : 0];
+    }
+    Vec3 corner(const Triangle& triangle, int k) const { return vertices_[triangle.vertex[k]]; }
+    const Bvh& tree() const { return tree_; }
+
+  private:
+    void add_organ(const OrganSurface& organ);
+    void connect();
+    Box triangle_box(const Triangle& triangle) const;
+
+    std::vector<Triangle> triangles_;
+    std::vector<Vec3> vertices_;
+    std::vector<std::uint32_t> source_to_vertex_; // vertices as given -> merged
+    std::vector<Edge> edges_;
+    std::vector<std::uint32_t> fan_starts_, fans_;
+    std::vector<std::vector<double>> friction_; // [organ][region]
+    std::vector<Box> boxes_;                    // by position; kept for refits
+    Bvh tree_;
+    std::uint64_t generation_ = 0;
+    std::size_t skipped_ = 0, irregular_edges_ = 0;
+};
+
+// The nearest point of the scene to p not farther than `reach`.
+struct NearestPoint {
+    std::uint32_t position = TriangleScene::none; // into triangles(); none: nothing within reach
+    Vec3 point;
+    double distance = 0;
+
+    explicit operator bool() const { return position != TriangleScene::none; }
+};
+
+// Ties go to the triangle given first. A p that is not finite finds nothing. No allocation; any thread.
+NearestPoint nearest_point(const TriangleScene& scene, Vec3 p, double reach);
+
+// How many times each organ's surface winds around p (1: inside a closed solid oriented outwards, 0:
+// outside), written to `winding` by organ index, organs past its size ignored. Exact crossing parity along a
+// ray, retried in other directions while a crossing is too close to an edge to call; only closed organs have
+// a meaning. Returns false for a p that is not finite. No allocation; any thread.
+bool winding_numbers(const TriangleScene& scene, Vec3 p, std::span<int> winding);
+
+// Index of the first organ whose solid contains p, or TriangleScene::none.
+std::uint32_t organ_containing(const TriangleScene& scene, Vec3 p);
+
+} // namespace calot::geometry
