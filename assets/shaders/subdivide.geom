@@ -23,13 +23,32 @@ out Vertex {
 const float kStep = 0.16; // rad, the largest angle of an unsplit edge
 const int kMost = 6;
 
-float edge_angle(vec3 a, vec3 b) {
-    float nearest = max(min(length(a), length(b)) - 0.5 * length(b - a), 0.25 * length(b - a));
-    return length(b - a) / max(nearest, 1e-5);
+// Never more than what the clusters are sorted by (SurfaceStore::select), so that an edge shared with an unsplit
+// triangle stays whole.
+float edge_steps(vec3 a, vec3 b) {
+    float angle = length(b - a) / max(min(length(a), length(b)), 1e-5);
+    return clamp(ceil(angle / kStep), 1.0, float(kMost));
 }
+
+// Steps of the edges 0-1, 1-2, 2-0: both triangles of an edge split it in the same way.
+vec3 g_steps;
 
 void emit(float a, float b) {
     float c = 1.0 - a - b;
+    const float kOn = 1e-4;
+    if (a < kOn) {
+        b = round(b * g_steps.y) / g_steps.y;
+        a = 0.0;
+        c = 1.0 - b;
+    } else if (b < kOn) {
+        a = round(a * g_steps.x) / g_steps.x;
+        b = 0.0;
+        c = 1.0 - a;
+    } else if (c < kOn) {
+        a = round(a * g_steps.z) / g_steps.z;
+        c = 0.0;
+        b = 1.0 - a;
+    }
     vec3 p = a * corner[0].local + b * corner[2].local + c * corner[1].local;
     v.local = p;
     v.normal = a * corner[0].normal + b * corner[2].normal + c * corner[1].normal;
@@ -44,8 +63,8 @@ void emit(float a, float b) {
 void main() {
     vec3 a = corner[0].local, b = corner[1].local, c = corner[2].local;
     if (max(a.z + 0.3 * length(a), max(b.z + 0.3 * length(b), c.z + 0.3 * length(c))) < 0.0) return;
-    float angle = max(edge_angle(a, b), max(edge_angle(b, c), edge_angle(c, a)));
-    int n = clamp(int(ceil(angle / kStep)), 1, kMost);
+    g_steps = vec3(edge_steps(a, b), edge_steps(b, c), edge_steps(c, a));
+    int n = int(max(g_steps.x, max(g_steps.y, g_steps.z)));
     float s = 1.0 / float(n);
     for (int row = 0; row < n; ++row) {
         // The strip between the lines a = row s and a = (row + 1) s, counter-clockwise like its triangle.

@@ -9,7 +9,8 @@
 namespace calot::rendering {
 namespace {
 
-[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& entry, const std::string& field, const std::string& what) {
+[[noreturn]] void refuse(const std::filesystem::path& file, const std::string& entry,
+                         const std::string& field, const std::string& what) {
     throw std::runtime_error(file.string() + ": [" + entry + "] " + field + " " + what);
 }
 
@@ -26,23 +27,27 @@ class Reader {
     std::array<float, 3> colour(const char* key) {
         seen_.insert(key);
         const toml::array* values = table_[key].as_array();
-        if (!values || values->size() != 3) refuse(file_, entry_, key, "must be three numbers, as in [0.7, 0.3, 0.2]");
+        if (!values || values->size() != 3)
+            refuse(file_, entry_, key, "must be three numbers, as in [0.7, 0.3, 0.2]");
         std::array<float, 3> out{};
-        for (std::size_t i = 0; i < 3; ++i) out[i] = check(toml::node_view<const toml::node>(values->get(i)), key, 0, 1);
+        for (std::size_t i = 0; i < 3; ++i)
+            out[i] = check(toml::node_view<const toml::node>(values->get(i)), key, 0, 1);
         return out;
     }
 
     void refuse_others() const {
         for (const auto& [key, value] : table_)
             if (!seen_.contains(std::string(key.str())))
-                refuse(file_, entry_, std::string(key.str()), "is not a known field; remove it or correct its name");
+                refuse(file_, entry_, std::string(key.str()),
+                       "is not a known field; remove it or correct its name");
     }
 
   private:
     float check(toml::node_view<const toml::node> node, const char* key, double low, double high) const {
         const auto value = node.value<double>();
         if (!value || !(*value >= low && *value <= high))
-            refuse(file_, entry_, key, "must be a number in " + std::to_string(low) + ".." + std::to_string(high));
+            refuse(file_, entry_, key,
+                   "must be a number in " + std::to_string(low) + ".." + std::to_string(high));
         return static_cast<float>(*value);
     }
 
@@ -59,7 +64,8 @@ std::vector<Appearance> read_appearances(const std::filesystem::path& file) {
     try {
         root = toml::parse_file(file.string());
     } catch (const toml::parse_error& error) {
-        throw std::runtime_error(file.string() + ":" + std::to_string(error.source().begin.line) + ": " + std::string(error.description()));
+        throw std::runtime_error(file.string() + ":" + std::to_string(error.source().begin.line) + ": " +
+                                 std::string(error.description()));
     }
     std::vector<Appearance> out;
     for (const auto& [key, node] : root) {

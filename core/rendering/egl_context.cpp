@@ -40,7 +40,8 @@ std::string try_display(EGLDisplay display, EGLContext& context) {
         const std::array<EGLint, 5> want{EGL_SURFACE_TYPE, 0, EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_NONE};
         EGLConfig config{};
         EGLint count = 0;
-        if (!eglChooseConfig(display, want.data(), &config, 1, &count) || count < 1) config = EGL_NO_CONFIG_KHR;
+        if (!eglChooseConfig(display, want.data(), &config, 1, &count) || count < 1)
+            config = EGL_NO_CONFIG_KHR;
         const std::array<EGLint, 7> attributes{EGL_CONTEXT_MAJOR_VERSION,
                                                3,
                                                EGL_CONTEXT_MINOR_VERSION,
@@ -63,7 +64,9 @@ std::string try_display(EGLDisplay display, EGLContext& context) {
 
 } // namespace
 
-void limit_software_threads() { setenv("LP_NUM_THREADS", "1", 0); }
+void limit_software_threads() {
+    setenv("LP_NUM_THREADS", "1", 0);
+}
 
 EglContext::EglContext() : state_(std::make_unique<State>()) {
     const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
@@ -78,19 +81,23 @@ EglContext::EglContext() : state_(std::make_unique<State>()) {
         return false;
     };
     if (has_extension(client, "EGL_MESA_platform_surfaceless") &&
-        attempt("surfaceless", eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)))
+        attempt("surfaceless",
+                eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)))
         return;
     if (has_extension(client, "EGL_EXT_platform_device")) {
-        const auto query = reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
+        const auto query =
+            reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
         std::array<EGLDeviceEXT, 16> devices{};
         EGLint count = 0;
         if (query && query(static_cast<EGLint>(devices.size()), devices.data(), &count))
             for (EGLint i = 0; i < count; ++i)
-                if (attempt("device", eglGetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT, devices[static_cast<std::size_t>(i)], nullptr)))
+                if (attempt("device", eglGetPlatformDisplay(EGL_PLATFORM_DEVICE_EXT,
+                                                            devices[static_cast<std::size_t>(i)], nullptr)))
                     return;
     }
     if (attempt("default display", eglGetDisplay(EGL_DEFAULT_DISPLAY))) return;
-    throw std::runtime_error("EGL cannot make a context (" + reasons + "); is libegl1 with a driver (libegl-mesa0) installed?");
+    throw std::runtime_error("EGL cannot make a context (" + reasons +
+                             "); is libegl1 with a driver (libegl-mesa0) installed?");
 }
 
 EglContext::~EglContext() {
@@ -105,6 +112,8 @@ void EglContext::make_current() {
         throw std::runtime_error("EGL cannot make its context current on this thread");
 }
 
-void EglContext::release() { eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
+void EglContext::release() {
+    eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+}
 
 } // namespace calot::rendering

@@ -13,7 +13,8 @@ void limit_software_threads();
 class EglContext {
   public:
     /// Makes a context on the surfaceless platform, else on the first device that has one, else on the
-    /// default display, and makes it current on the calling thread. Throws std::runtime_error with the reasons of all three.
+    /// default display, and makes it current on the calling thread. Throws std::runtime_error with the
+    /// reasons of all three.
     EglContext();
     ~EglContext();
     EglContext(const EglContext&) = delete;

@@ -7,10 +7,9 @@
 
 namespace calot::rendering {
 
-/// A surface of revolution around a curve, as a grid of `around` x `along` quads, closed at both ends when the
-/// radius shrinks to zero there. Normals point outward.
-/// \param axis   centreline for t in 0..1
-/// \param radius for (t, angle), m
+/// A surface of revolution around a curve, as a grid of `around` x `along` quads, closed at both ends when
+/// the radius shrinks to zero there. Normals point outward. \param axis   centreline for t in 0..1 \param
+/// radius for (t, angle), m
 Surface swept_surface(const std::string& name, const std::function<Vec3(double)>& axis,
                       const std::function<double(double, double)>& radius, int along, int around);
 

@@ -5,14 +5,15 @@
 
 namespace calot::rendering {
 namespace {
-constexpr int kSide = 40;            // of the thumbnail
-constexpr double kTarget = 0.40;     // mean of the displayed values
-constexpr double kGlareShare = 0.06; // of the picture that may be near white
+constexpr int kSide = 40;              // of the thumbnail
+constexpr double kTarget = 0.40;       // mean of the displayed values
+constexpr double kGlareShare = 0.06;   // of the picture that may be near white
 constexpr double kTimeConstant = 0.25; // s
 constexpr double kLeast = 0.004, kMost = 30;
 } // namespace
 
-ExposureMeter::ExposureMeter() : frame_(make_framebuffer()), colour_(make_renderbuffer()), pixels_(make_buffer()) {
+ExposureMeter::ExposureMeter()
+    : frame_(make_framebuffer()), colour_(make_renderbuffer()), pixels_(make_buffer()) {
     glBindRenderbuffer(GL_RENDERBUFFER, *colour_);
     glRenderbufferStorage(GL_RENDERBUFFER, GL_RGBA8, kSide, kSide);
     glBindFramebuffer(GL_FRAMEBUFFER, *frame_);
@@ -25,7 +26,8 @@ ExposureMeter::ExposureMeter() : frame_(make_framebuffer()), colour_(make_render
 void ExposureMeter::measure(GLuint framebuffer, const Rect& r) {
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, *frame_);
-    glBlitFramebuffer(r.x, r.y, r.x + r.width, r.y + r.height, 0, 0, kSide, kSide, GL_COLOR_BUFFER_BIT, GL_LINEAR);
+    glBlitFramebuffer(r.x, r.y, r.x + r.width, r.y + r.height, 0, 0, kSide, kSide, GL_COLOR_BUFFER_BIT,
+                      GL_LINEAR);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, *frame_);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, *pixels_);
     glReadPixels(0, 0, kSide, kSide, GL_RGBA, GL_UNSIGNED_BYTE, nullptr);
@@ -37,7 +39,8 @@ void ExposureMeter::adapt(double seconds) {
     if (!pending_) return;
     pending_ = false;
     glBindBuffer(GL_PIXEL_PACK_BUFFER, *pixels_);
-    const auto* p = static_cast<const unsigned char*>(glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, kSide * kSide * 4, GL_MAP_READ_BIT));
+    const auto* p = static_cast<const unsigned char*>(
+        glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, kSide * kSide * 4, GL_MAP_READ_BIT));
     if (!p) {
         glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
         return;
@@ -63,7 +66,8 @@ void ExposureMeter::adapt(double seconds) {
     const double excess = glare / weight / kGlareShare;
     if (excess > 1) wanted = std::min(wanted, 1 / (1 + 0.25 * (excess - 1)));
     wanted = std::clamp(wanted, 0.25, 4.0);
-    exposure_ = std::clamp(exposure_ * std::pow(wanted, 1 - std::exp(-seconds / kTimeConstant)), kLeast, kMost);
+    exposure_ =
+        std::clamp(exposure_ * std::pow(wanted, 1 - std::exp(-seconds / kTimeConstant)), kLeast, kMost);
 }
 
 } // namespace calot::rendering

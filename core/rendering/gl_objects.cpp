@@ -27,7 +27,8 @@ std::string expand_includes(const fs::path& folder, const std::string& text) {
     constexpr std::string_view kInclude = "#include \"";
     while (std::getline(in, line)) {
         if (line.starts_with(kInclude)) {
-            const std::string name = line.substr(kInclude.size(), line.find('"', kInclude.size()) - kInclude.size());
+            const std::string name =
+                line.substr(kInclude.size(), line.find('"', kInclude.size()) - kInclude.size());
             out += read_text(folder / fs::path(name).filename());
         } else {
             out += line;
@@ -37,9 +38,11 @@ std::string expand_includes(const fs::path& folder, const std::string& text) {
     return out;
 }
 
-GLuint compile(GLenum kind, const fs::path& folder, const std::string& file, const std::vector<std::string>& defines) {
+GLuint compile(GLenum kind, const fs::path& folder, const std::string& file,
+               const std::vector<std::string>& defines) {
     std::string source = "#version 330 core\n";
-    for (const std::string& define : defines) source += "#define " + define + "\n";
+    for (const std::string& define : defines)
+        source += "#define " + define + "\n";
     source += expand_includes(folder, read_text(folder / file));
     const GLuint shader = glCreateShader(kind);
     const char* text = source.c_str();
@@ -55,7 +58,6 @@ GLuint compile(GLenum kind, const fs::path& folder, const std::string& file, con
     }
     return shader;
 }
-
 
 } // namespace
 
@@ -85,11 +87,12 @@ Framebuffer make_framebuffer() {
     return Framebuffer(n);
 }
 
-Program::Program(const fs::path& folder, const std::string& vertex, const std::string& geometry, const std::string& fragment,
-                 const std::vector<std::string>& defines) {
+Program::Program(const fs::path& folder, const std::string& vertex, const std::string& geometry,
+                 const std::string& fragment, const std::vector<std::string>& defines) {
     std::vector<GLuint> shaders;
     const auto drop = [&] {
-        for (GLuint s : shaders) glDeleteShader(s);
+        for (GLuint s : shaders)
+            glDeleteShader(s);
     };
     try {
         shaders.push_back(compile(GL_VERTEX_SHADER, folder, vertex, defines));
@@ -100,7 +103,8 @@ Program::Program(const fs::path& folder, const std::string& vertex, const std::s
         throw;
     }
     name_ = GlName<detail::free_program>(glCreateProgram());
-    for (GLuint s : shaders) glAttachShader(*name_, s);
+    for (GLuint s : shaders)
+        glAttachShader(*name_, s);
     glLinkProgram(*name_);
     drop();
     GLint ok = 0;
@@ -108,7 +112,8 @@ Program::Program(const fs::path& folder, const std::string& vertex, const std::s
     if (!ok) {
         std::array<char, 4096> log{};
         glGetProgramInfoLog(*name_, static_cast<GLsizei>(log.size()), nullptr, log.data());
-        throw std::runtime_error((folder / vertex).string() + " with " + fragment + ": does not link: " + log.data());
+        throw std::runtime_error((folder / vertex).string() + " with " + fragment +
+                                 ": does not link: " + log.data());
     }
 }
 
@@ -136,7 +141,8 @@ fs::path find_shaders(const fs::path& given) {
         if (const char* assets = std::getenv("CALOT_ASSETS")) places.push_back(fs::path(assets) / "shaders");
         std::error_code error;
         const fs::path program = fs::read_symlink("/proc/self/exe", error);
-        for (fs::path folder = program.parent_path(); !folder.empty() && folder != folder.root_path(); folder = folder.parent_path()) {
+        for (fs::path folder = program.parent_path(); !folder.empty() && folder != folder.root_path();
+             folder = folder.parent_path()) {
             places.push_back(folder / "assets/shaders");
             places.push_back(folder / "share/calot/shaders");
         }
@@ -147,7 +153,8 @@ fs::path find_shaders(const fs::path& given) {
         if (fs::exists(place / "appearance.toml", error)) return place;
         looked += "\n  " + place.string();
     }
-    throw std::runtime_error("the shaders (appearance.toml) are in none of these folders; set CALOT_ASSETS:" + looked);
+    throw std::runtime_error("the shaders (appearance.toml) are in none of these folders; set CALOT_ASSETS:" +
+                             looked);
 }
 
 } // namespace calot::rendering

@@ -12,7 +12,8 @@
 namespace calot::rendering {
 
 // Owns one OpenGL name; Delete frees it. The context must be current when it dies.
-template <void (*Delete)(GLuint)> class GlName {
+template<void (*Delete)(GLuint)>
+class GlName {
   public:
     GlName() = default;
     explicit GlName(GLuint name) : name_(name) {}
@@ -32,12 +33,24 @@ template <void (*Delete)(GLuint)> class GlName {
 };
 
 namespace detail {
-inline void free_buffer(GLuint n) { glDeleteBuffers(1, &n); }
-inline void free_array(GLuint n) { glDeleteVertexArrays(1, &n); }
-inline void free_texture(GLuint n) { glDeleteTextures(1, &n); }
-inline void free_renderbuffer(GLuint n) { glDeleteRenderbuffers(1, &n); }
-inline void free_framebuffer(GLuint n) { glDeleteFramebuffers(1, &n); }
-inline void free_program(GLuint n) { glDeleteProgram(n); }
+inline void free_buffer(GLuint n) {
+    glDeleteBuffers(1, &n);
+}
+inline void free_array(GLuint n) {
+    glDeleteVertexArrays(1, &n);
+}
+inline void free_texture(GLuint n) {
+    glDeleteTextures(1, &n);
+}
+inline void free_renderbuffer(GLuint n) {
+    glDeleteRenderbuffers(1, &n);
+}
+inline void free_framebuffer(GLuint n) {
+    glDeleteFramebuffers(1, &n);
+}
+inline void free_program(GLuint n) {
+    glDeleteProgram(n);
+}
 } // namespace detail
 
 using Buffer = GlName<detail::free_buffer>;

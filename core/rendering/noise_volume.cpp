@@ -28,9 +28,15 @@ float corner(int ix, int iy, int iz, float fx, float fy, float fz, int cells, st
     return gx * fx + gy * fy + gz * fz;
 }
 
-float fade(float t) { return t * t * t * (t * (t * 6 - 15) + 10); }
-float mix(float a, float b, float t) { return a + (b - a) * t; }
-std::uint8_t to_byte(float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255)); }
+float fade(float t) {
+    return t * t * t * (t * (t * 6 - 15) + 10);
+}
+float mix(float a, float b, float t) {
+    return a + (b - a) * t;
+}
+std::uint8_t to_byte(float v) {
+    return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
+}
 
 float octaves(float x, float y, float z, int cells, int count, std::uint32_t seed) {
     float sum = 0, weight = 1, total = 0;
@@ -52,8 +58,8 @@ float periodic_noise(float x, float y, float z, int cells, std::uint32_t seed) {
     x -= fx, y -= fy, z -= fz;
     const float u = fade(x), v = fade(y), w = fade(z);
     const auto at = [&](int dx, int dy, int dz) {
-        return corner(ix + dx, iy + dy, iz + dz, x - static_cast<float>(dx), y - static_cast<float>(dy), z - static_cast<float>(dz),
-                      cells, seed);
+        return corner(ix + dx, iy + dy, iz + dz, x - static_cast<float>(dx), y - static_cast<float>(dy),
+                      z - static_cast<float>(dz), cells, seed);
     };
     return mix(mix(mix(at(0, 0, 0), at(1, 0, 0), u), mix(at(0, 1, 0), at(1, 1, 0), u), v),
                mix(mix(at(0, 0, 1), at(1, 0, 1), u), mix(at(0, 1, 1), at(1, 1, 1), u), v), w);
@@ -72,7 +78,8 @@ NoiseTexels make_noise_texels() {
     for (int z = 0; z < n; ++z)
         for (int y = 0; y < n; ++y)
             for (int x = 0; x < n; ++x) {
-                const float px = static_cast<float>(x) / n, py = static_cast<float>(y) / n, pz = static_cast<float>(z) / n;
+                const float px = static_cast<float>(x) / n, py = static_cast<float>(y) / n,
+                            pz = static_cast<float>(z) / n;
                 out.tint[place(x, y, z)] = {to_byte(0.5f + 1.1f * octaves(px, py, pz, 3, 3, 11)),
                                             to_byte(0.5f + 0.9f * periodic_noise(px, py, pz, 4, 23)),
                                             to_byte(0.5f + 0.9f * periodic_noise(px, py, pz, 5, 37)),
@@ -85,9 +92,11 @@ NoiseTexels make_noise_texels() {
                 const float gx = height[place(x + 1, y, z)] - height[place(x - 1, y, z)];
                 const float gy = height[place(x, y + 1, z)] - height[place(x, y - 1, z)];
                 const float gz = height[place(x, y, z + 1)] - height[place(x, y, z - 1)];
-                constexpr float kScale = 1.6f; // slopes of a unit height field on this lattice stay below 0.6 a texel pair
-                out.film[place(x, y, z)] = {to_byte(0.5f + 0.5f * kScale * gx), to_byte(0.5f + 0.5f * kScale * gy),
-                                            to_byte(0.5f + 0.5f * kScale * gz), to_byte(0.5f + height[place(x, y, z)])};
+                constexpr float kScale =
+                    1.6f; // slopes of a unit height field on this lattice stay below 0.6 a texel pair
+                out.film[place(x, y, z)] = {
+                    to_byte(0.5f + 0.5f * kScale * gx), to_byte(0.5f + 0.5f * kScale * gy),
+                    to_byte(0.5f + 0.5f * kScale * gz), to_byte(0.5f + height[place(x, y, z)])};
             }
     return out;
 }
@@ -95,10 +104,12 @@ NoiseTexels make_noise_texels() {
 Texture upload_noise(const std::vector<std::array<std::uint8_t, 4>>& texels) {
     Texture texture = make_texture();
     glBindTexture(GL_TEXTURE_3D, *texture);
-    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kNoiseSize, kNoiseSize, kNoiseSize, 0, GL_RGBA, GL_UNSIGNED_BYTE, texels.data());
+    glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kNoiseSize, kNoiseSize, kNoiseSize, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                 texels.data());
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-    for (GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R}) glTexParameteri(GL_TEXTURE_3D, axis, GL_REPEAT);
+    for (GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
+        glTexParameteri(GL_TEXTURE_3D, axis, GL_REPEAT);
     glGenerateMipmap(GL_TEXTURE_3D);
     return texture;
 }

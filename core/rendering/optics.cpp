@@ -40,7 +40,8 @@ void check(const Optics& o) {
     for (int i = 1; i <= 256; ++i) {
         const double r = fisheye_radius(o, end * i / 256);
         if (!(r > last))
-            throw std::invalid_argument("optics: with these k1..k4 the image radius does not grow with the angle");
+            throw std::invalid_argument(
+                "optics: with these k1..k4 the image radius does not grow with the angle");
         last = r;
     }
 }

@@ -9,10 +9,10 @@ namespace calot::rendering {
 struct Optics {
     double field_of_view = 2.44346; // rad across the mask's farthest corners: 140 degrees
     std::array<double, 4> k{0, 0, 0, 0};
-    double light_exponent = 1.6;    // n of the headlight's cos^n(theta)
-    double light_offset = 0.0032;   // of each of the two light guides from the lens, along the tip's x, m
-    double near = 0.0008;           // nearest distance drawn, m
-    double far = 0.8;               // farthest, m
+    double light_exponent = 1.6;  // n of the headlight's cos^n(theta)
+    double light_offset = 0.0032; // of each of the two light guides from the lens, along the tip's x, m
+    double near = 0.0008;         // nearest distance drawn, m
+    double far = 0.8;             // farthest, m
 };
 
 /// r / f for a ray at angle theta from the axis.

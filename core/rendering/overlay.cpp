@@ -1,10 +1,9 @@
 #include "rendering/overlay.hpp"
 
-#include <backends/imgui_impl_opengl3.h>
-#include <imgui.h>
-
 #include <algorithm>
+#include <backends/imgui_impl_opengl3.h>
 #include <filesystem>
+#include <imgui.h>
 #include <stdexcept>
 #include <system_error>
 
@@ -64,7 +63,9 @@ void Overlay::end() {
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
-double Overlay::line_height() const { return body_->FontSize * 1.35; }
+double Overlay::line_height() const {
+    return body_->FontSize * 1.35;
+}
 
 void Overlay::text_lines(double x, double y, const std::vector<std::string>& lines) {
     ImDrawList* list = ImGui::GetBackgroundDrawList();
@@ -73,8 +74,10 @@ void Overlay::text_lines(double x, double y, const std::vector<std::string>& lin
         ImFont* font = first ? large_ : body_;
         const ImVec2 at(static_cast<float>(x), static_cast<float>(y));
         const char* end = line.data() + line.size();
-        list->AddText(font, font->FontSize, ImVec2(at.x + 1.5f, at.y + 1.5f), IM_COL32(0, 0, 0, 200), line.data(), end);
-        list->AddText(font, font->FontSize, at, first ? IM_COL32(236, 240, 244, 255) : IM_COL32(186, 198, 208, 255), line.data(), end);
+        list->AddText(font, font->FontSize, ImVec2(at.x + 1.5f, at.y + 1.5f), IM_COL32(0, 0, 0, 200),
+                      line.data(), end);
+        list->AddText(font, font->FontSize, at,
+                      first ? IM_COL32(236, 240, 244, 255) : IM_COL32(186, 198, 208, 255), line.data(), end);
         y += font->FontSize * 1.35;
         first = false;
     }

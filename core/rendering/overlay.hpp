@@ -19,7 +19,8 @@ class Overlay {
     Overlay(const Overlay&) = delete;
     Overlay& operator=(const Overlay&) = delete;
 
-    /// Starts a frame of this size; `platform` (of a window) runs between the backend's and ImGui's own start.
+    /// Starts a frame of this size; `platform` (of a window) runs between the backend's and ImGui's own
+    /// start.
     void begin(int width, int height, double seconds_since_last, const std::function<void()>& platform = {});
 
     /// Draws what was put into the frame over the framebuffer that is bound.

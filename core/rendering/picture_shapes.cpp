@@ -20,7 +20,8 @@ using Point = std::array<double, 2>;
 // The mask's outline: an octagon within the square -1..1 with rounded corners, counter-clockwise.
 std::vector<Point> mask_outline(double shrink) {
     const double c = kMaskCorner;
-    const std::array<Point, 8> corner{{{1, -c}, {1, c}, {c, 1}, {-c, 1}, {-1, c}, {-1, -c}, {-c, -1}, {c, -1}}};
+    const std::array<Point, 8> corner{
+        {{1, -c}, {1, c}, {c, 1}, {-c, 1}, {-1, c}, {-1, -c}, {-c, -1}, {c, -1}}};
     constexpr double kRounding = 0.10; // along both edges of a corner
     constexpr int kPieces = 6;
     std::vector<Point> out;
@@ -28,27 +29,30 @@ std::vector<Point> mask_outline(double shrink) {
         const Point &p = corner[i], &before = corner[(i + 7) % 8], &after = corner[(i + 1) % 8];
         const auto towards = [&](const Point& q) {
             const double length = std::hypot(q[0] - p[0], q[1] - p[1]);
-            return Point{p[0] + (q[0] - p[0]) / length * kRounding, p[1] + (q[1] - p[1]) / length * kRounding};
+            return Point{p[0] + (q[0] - p[0]) / length * kRounding,
+                         p[1] + (q[1] - p[1]) / length * kRounding};
         };
         const Point a = towards(before), b = towards(after);
         for (int k = 0; k <= kPieces; ++k) { // quadratic Bezier curve
             const double t = static_cast<double>(k) / kPieces, u = 1 - t;
-            out.push_back({u * u * a[0] + 2 * u * t * p[0] + t * t * b[0], u * u * a[1] + 2 * u * t * p[1] + t * t * b[1]});
+            out.push_back({u * u * a[0] + 2 * u * t * p[0] + t * t * b[0],
+                           u * u * a[1] + 2 * u * t * p[1] + t * t * b[1]});
         }
     }
-    for (Point& q : out) q = {q[0] * shrink, q[1] * shrink};
+    for (Point& q : out)
+        q = {q[0] * shrink, q[1] * shrink};
     return out;
 }
 
-void strip(std::vector<FlatVertex>& out, const std::vector<Point>& inner, const std::vector<Point>& outer, const std::array<float, 4>& in,
-           const std::array<float, 4>& on) {
+void strip(std::vector<FlatVertex>& out, const std::vector<Point>& inner, const std::vector<Point>& outer,
+           const std::array<float, 4>& in, const std::array<float, 4>& on) {
     const auto vertex = [](const Point& p, const std::array<float, 4>& c) {
         return FlatVertex{{static_cast<float>(p[0]), static_cast<float>(p[1])}, c};
     };
     for (std::size_t i = 0; i < inner.size(); ++i) {
         const std::size_t j = (i + 1) % inner.size();
-        for (const FlatVertex& v : {vertex(inner[i], in), vertex(outer[i], on), vertex(outer[j], on), vertex(inner[i], in),
-                                    vertex(outer[j], on), vertex(inner[j], in)})
+        for (const FlatVertex& v : {vertex(inner[i], in), vertex(outer[i], on), vertex(outer[j], on),
+                                    vertex(inner[i], in), vertex(outer[j], on), vertex(inner[j], in)})
             out.push_back(v);
     }
 }
@@ -77,19 +81,28 @@ PictureShapes::PictureShapes() : array_(make_vertex_array()), vertices_(make_buf
 
     begin(background_);
     const std::array<float, 4> low{0.055f, 0.070f, 0.085f, 1}, high{0.165f, 0.195f, 0.225f, 1};
-    for (const auto& [x, y, c] : {std::tuple{-1.f, -1.f, low}, {1.f, -1.f, low}, {1.f, 1.f, high}, {-1.f, -1.f, low}, {1.f, 1.f, high}, {-1.f, 1.f, high}})
+    for (const auto& [x, y, c] : {std::tuple{-1.f, -1.f, low},
+                                  {1.f, -1.f, low},
+                                  {1.f, 1.f, high},
+                                  {-1.f, -1.f, low},
+                                  {1.f, 1.f, high},
+                                  {-1.f, 1.f, high}})
         v.push_back({{x, y}, c});
     end(background_);
 
     begin(fade_);
-    for (const auto& [x, y] : {std::pair{-1.f, -1.f}, {1.f, -1.f}, {1.f, 1.f}, {-1.f, -1.f}, {1.f, 1.f}, {-1.f, 1.f}}) v.push_back({{x, y}, black});
+    for (const auto& [x, y] :
+         {std::pair{-1.f, -1.f}, {1.f, -1.f}, {1.f, 1.f}, {-1.f, -1.f}, {1.f, 1.f}, {-1.f, 1.f}})
+        v.push_back({{x, y}, black});
     end(fade_);
 
     glBindVertexArray(*array_);
     glBindBuffer(GL_ARRAY_BUFFER, *vertices_);
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(v.size() * sizeof(FlatVertex)), v.data(), GL_STATIC_DRAW);
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(v.size() * sizeof(FlatVertex)), v.data(),
+                 GL_STATIC_DRAW);
     glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, sizeof(FlatVertex), nullptr);
-    glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, sizeof(FlatVertex), reinterpret_cast<const void*>(sizeof(float) * 2));
+    glVertexAttribPointer(1, 4, GL_FLOAT, GL_FALSE, sizeof(FlatVertex),
+                          reinterpret_cast<const void*>(sizeof(float) * 2));
     glEnableVertexAttribArray(0);
     glEnableVertexAttribArray(1);
     glBindVertexArray(0);

@@ -18,7 +18,7 @@
 namespace calot::rendering {
 namespace {
 
-constexpr double kSplitAngle = 0.16;     // rad; must match kStep of subdivide.geom
+constexpr double kSplitAngle = 0.16; // rad; must match kStep of subdivide.geom
 constexpr float kExternalExposure = 1.0f;
 constexpr double kExternalNear = 0.01, kExternalFar = 4.0; // m
 
@@ -51,8 +51,10 @@ Target make_target(int width, int height, int samples, bool with_depth) {
     t.colour = make_renderbuffer();
     glBindFramebuffer(GL_FRAMEBUFFER, *t.frame);
     const auto storage = [&](GLenum format) {
-        if (samples > 1) glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
-        else glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
+        if (samples > 1)
+            glRenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
+        else
+            glRenderbufferStorage(GL_RENDERBUFFER, format, width, height);
     };
     glBindRenderbuffer(GL_RENDERBUFFER, *t.colour);
     storage(GL_RGBA8);
@@ -64,8 +66,8 @@ Target make_target(int width, int height, int samples, bool with_depth) {
         glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, *t.depth);
     }
     if (glCheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
-        throw std::runtime_error("renderer: no framebuffer of " + std::to_string(width) + " x " + std::to_string(height) + " with " +
-                                 std::to_string(samples) + " samples");
+        throw std::runtime_error("renderer: no framebuffer of " + std::to_string(width) + " x " +
+                                 std::to_string(height) + " with " + std::to_string(samples) + " samples");
     return t;
 }
 
@@ -75,7 +77,8 @@ void check_size(int width, int height) {
 }
 
 ViewPrograms load_view(const std::filesystem::path& folder, bool endoscope) {
-    const std::vector<std::string> defines = endoscope ? std::vector<std::string>{"FISHEYE", "ENDOSCOPE"} : std::vector<std::string>{};
+    const std::vector<std::string> defines =
+        endoscope ? std::vector<std::string>{"FISHEYE", "ENDOSCOPE"} : std::vector<std::string>{};
     ViewPrograms p;
     p.tissue = Program(folder, "tissue.vert", "", "tissue.frag", defines);
     if (endoscope) {
@@ -92,21 +95,28 @@ ViewPrograms load_view(const std::filesystem::path& folder, bool endoscope) {
 struct DynamicMesh {
     VertexArray array = make_vertex_array();
     Buffer vertices = make_buffer(), indices = make_buffer();
-    template <class V> void fill(const std::vector<V>& v, const std::vector<std::uint32_t>& i) {
+    template<class V>
+    void fill(const std::vector<V>& v, const std::vector<std::uint32_t>& i) {
         glBindVertexArray(*array);
         glBindBuffer(GL_ARRAY_BUFFER, *vertices);
-        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(v.size() * sizeof(V)), v.data(), GL_STREAM_DRAW);
+        glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(v.size() * sizeof(V)), v.data(),
+                     GL_STREAM_DRAW);
         glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, *indices);
-        glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(i.size() * sizeof(std::uint32_t)), i.data(), GL_STREAM_DRAW);
+        glBufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(i.size() * sizeof(std::uint32_t)),
+                     i.data(), GL_STREAM_DRAW);
     }
 };
 
-void attribute(GLuint index, GLint count, GLenum type, GLboolean normalised, std::size_t stride, std::size_t offset) {
-    glVertexAttribPointer(index, count, type, normalised, static_cast<GLsizei>(stride), reinterpret_cast<const void*>(offset));
+void attribute(GLuint index, GLint count, GLenum type, GLboolean normalised, std::size_t stride,
+               std::size_t offset) {
+    glVertexAttribPointer(index, count, type, normalised, static_cast<GLsizei>(stride),
+                          reinterpret_cast<const void*>(offset));
     glEnableVertexAttribArray(index);
 }
 
-const void* index_offset(std::size_t first) { return reinterpret_cast<const void*>(first * sizeof(std::uint32_t)); }
+const void* index_offset(std::size_t first) {
+    return reinterpret_cast<const void*>(first * sizeof(std::uint32_t));
+}
 
 } // namespace
 
@@ -118,8 +128,10 @@ Layout make_layout(int width, int height, bool external_on) {
     const int side = std::min(l.endoscope.width, height);
     const int beside = l.endoscope.width - side, below = height - side;
     l.mask = {split + beside / 2, 0, side, side};
-    if (below >= beside / 2) l.text = {split + side / 40, side + below / 10, l.endoscope.width - side / 20, below};
-    else l.text = {split + side / 40, height / 2, beside / 2 - side / 20, height / 2};
+    if (below >= beside / 2)
+        l.text = {split + side / 40, side + below / 10, l.endoscope.width - side / 20, below};
+    else
+        l.text = {split + side / 40, height / 2, beside / 2 - side / 20, height / 2};
     return l;
 }
 
@@ -141,8 +153,9 @@ struct Renderer::State {
     bool first = true;
 
     State(const RendererSettings& s, const std::filesystem::path& folder)
-        : settings(s), surfaces(read_appearances(folder / "appearance.toml")), endoscope(load_view(folder, true)),
-          external(load_view(folder, false)), flat(folder, "flat.vert", "", "flat.frag", {}), overlay(s.text_scale) {
+        : settings(s), surfaces(read_appearances(folder / "appearance.toml")),
+          endoscope(load_view(folder, true)), external(load_view(folder, false)),
+          flat(folder, "flat.vert", "", "flat.frag", {}), overlay(s.text_scale) {
         noise = {};
         make_targets();
     }
@@ -156,8 +169,11 @@ struct Renderer::State {
     View endoscope_view(const FrameState&, const Layout&) const;
     View external_view(const FrameState&, const Layout&) const;
     void set_camera(const Program&, const View&) const;
-    void set_viewport(const Rect& r) const { glViewport(r.x, settings.height - r.y - r.height, r.width, r.height); }
-    void draw_tissue(const View&, const ViewPrograms&, const std::vector<DrawItem>&, bool veils, double light);
+    void set_viewport(const Rect& r) const {
+        glViewport(r.x, settings.height - r.y - r.height, r.width, r.height);
+    }
+    void draw_tissue(const View&, const ViewPrograms&, const std::vector<DrawItem>&, bool veils,
+                     double light);
     void set_tissue(const Program&, const DrawItem&, const View&) const;
     void draw_shaft(const View&, const Program&, const FrameState&);
     void draw_markers(const View&, const Program&, bool halos);
@@ -209,15 +225,17 @@ View Renderer::State::external_view(const FrameState& f, const Layout& l) const 
 void Renderer::State::set_camera(const Program& p, const View& v) const {
     const Eigen::Vector3f eye = v.eye.cast<float>();
     const Eigen::Matrix3f to_local = v.to_local.cast<float>();
-    const std::array<float, 4> radial{static_cast<float>(settings.optics.k[0]), static_cast<float>(settings.optics.k[1]),
-                                      static_cast<float>(settings.optics.k[2]), static_cast<float>(settings.optics.k[3])};
+    const std::array<float, 4> radial{
+        static_cast<float>(settings.optics.k[0]), static_cast<float>(settings.optics.k[1]),
+        static_cast<float>(settings.optics.k[2]), static_cast<float>(settings.optics.k[3])};
     p.set3("u_eye", eye.data());
     p.set_matrix3("u_to_local", to_local.data());
     p.set4("u_lens", v.lens.data());
     p.set4("u_radial", radial.data());
     p.set4("u_cut", v.cut.data());
     p.set("u_exposure", v.exposure);
-    p.set("u_light_shape", static_cast<float>(settings.optics.light_exponent), static_cast<float>(settings.optics.light_offset));
+    p.set("u_light_shape", static_cast<float>(settings.optics.light_exponent),
+          static_cast<float>(settings.optics.light_offset));
 }
 
 void Renderer::State::set_tissue(const Program& p, const DrawItem& item, const View& v) const {
@@ -225,8 +243,10 @@ void Renderer::State::set_tissue(const Program& p, const DrawItem& item, const V
     p.set_matrix3("u_model", item.rotation.data());
     p.set3("u_origin", item.origin.data());
     p.set_matrix3("u_rest_to_local", rest_to_local.data());
-    const std::array<const char*, 6> outer{"u_albedo[0]", "u_mottled[0]", "u_crease[0]", "u_vessel[0]", "u_pattern[0]", "u_gloss[0]"};
-    const std::array<const char*, 6> inner{"u_albedo[1]", "u_mottled[1]", "u_crease[1]", "u_vessel[1]", "u_pattern[1]", "u_gloss[1]"};
+    const std::array<const char*, 6> outer{"u_albedo[0]", "u_mottled[0]", "u_crease[0]",
+                                           "u_vessel[0]", "u_pattern[0]", "u_gloss[0]"};
+    const std::array<const char*, 6> inner{"u_albedo[1]", "u_mottled[1]", "u_crease[1]",
+                                           "u_vessel[1]", "u_pattern[1]", "u_gloss[1]"};
     for (const bool inside : {false, true}) {
         const Appearance& a = surfaces.appearance(inside ? item.inner : item.outer);
         const auto& names = inside ? inner : outer;
@@ -242,8 +262,8 @@ void Renderer::State::set_tissue(const Program& p, const DrawItem& item, const V
     }
 }
 
-void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs, const std::vector<DrawItem>& items, bool veils,
-                                  double light) {
+void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
+                                  const std::vector<DrawItem>& items, bool veils, double light) {
     glActiveTexture(GL_TEXTURE0);
     glBindTexture(GL_TEXTURE_3D, *tint);
     glActiveTexture(GL_TEXTURE1);
@@ -268,12 +288,16 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs, c
         surfaces.bind(item);
         if (veils) { // only the nearest layer of each veil
             glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-            glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(item.count), GL_UNSIGNED_INT, index_offset(item.first));
+            glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(item.count), GL_UNSIGNED_INT,
+                           index_offset(item.first));
             glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
         }
-        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(item.count), GL_UNSIGNED_INT, index_offset(item.first));
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(item.count), GL_UNSIGNED_INT,
+                       index_offset(item.first));
     };
-    const auto is_veil = [&](const DrawItem& item) { return !v.endoscope && item.style == Style::Translucent; };
+    const auto is_veil = [&](const DrawItem& item) {
+        return !v.endoscope && item.style == Style::Translucent;
+    };
     if (!veils) {
         for (const DrawItem& item : items)
             if (!is_veil(item)) draw(item);
@@ -387,21 +411,26 @@ void Renderer::State::resolve() const {
     if (!picture.frame) return;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, *scene.frame);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, *picture.frame);
-    glBlitFramebuffer(0, 0, settings.width, settings.height, 0, 0, settings.width, settings.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, settings.width, settings.height, 0, 0, settings.width, settings.height,
+                      GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 Renderer::Renderer(const RendererSettings& settings) {
     check_size(settings.width, settings.height);
-    if (settings.samples != 1 && settings.samples != 4) throw std::invalid_argument("renderer: samples must be 1 or 4");
+    if (settings.samples != 1 && settings.samples != 4)
+        throw std::invalid_argument("renderer: samples must be 1 or 4");
     check(settings.optics);
     state_ = std::make_unique<State>(settings, find_shaders(settings.shaders));
 }
 
 Renderer::~Renderer() = default;
 
-SurfaceId Renderer::add(const Surface& s) { return state_->surfaces.add(s); }
+SurfaceId Renderer::add(const Surface& s) {
+    return state_->surfaces.add(s);
+}
 
-void Renderer::update_vertices(SurfaceId id, std::size_t first, std::span<const std::array<float, 3>> vertices,
+void Renderer::update_vertices(SurfaceId id, std::size_t first,
+                               std::span<const std::array<float, 3>> vertices,
                                std::span<const std::array<float, 3>> normals) {
     state_->surfaces.update_vertices(id, first, vertices, normals);
 }
@@ -414,12 +443,21 @@ void Renderer::resize(int width, int height) {
     state_->make_targets();
 }
 
-Layout Renderer::layout(bool external_on) const { return make_layout(state_->settings.width, state_->settings.height, external_on); }
-const RendererSettings& Renderer::settings() const { return state_->settings; }
-Overlay& Renderer::overlay() { return state_->overlay; }
-double Renderer::exposure() const { return state_->meter.exposure(); }
+Layout Renderer::layout(bool external_on) const {
+    return make_layout(state_->settings.width, state_->settings.height, external_on);
+}
+const RendererSettings& Renderer::settings() const {
+    return state_->settings;
+}
+Overlay& Renderer::overlay() {
+    return state_->overlay;
+}
+double Renderer::exposure() const {
+    return state_->meter.exposure();
+}
 
-void Renderer::draw(const FrameState& f, const std::function<void(Overlay&)>& panels, const std::function<void()>& platform) {
+void Renderer::draw(const FrameState& f, const std::function<void(Overlay&)>& panels,
+                    const std::function<void()>& platform) {
     State& s = *state_;
     const Layout l = layout(f.external.on);
     const double elapsed = std::clamp(f.time - s.last_time, 0.0, 1.0);
@@ -457,7 +495,8 @@ void Renderer::draw(const FrameState& f, const std::function<void(Overlay&)>& pa
     if (f.fade > 0) s.shapes.draw_fade(s.flat, static_cast<float>(std::clamp(f.fade, 0.0, 1.0)));
     s.overlay.begin(s.settings.width, s.settings.height, elapsed > 0 ? elapsed : 1.0 / 60, platform);
     s.overlay.text_lines(l.text.x, l.text.y, f.endoscope_text);
-    if (f.external.on) s.overlay.text_lines(s.settings.width / 80.0, s.settings.height / 60.0, f.external_text);
+    if (f.external.on)
+        s.overlay.text_lines(s.settings.width / 80.0, s.settings.height / 60.0, f.external_text);
     if (panels) panels(s.overlay);
     s.overlay.end();
     glBindVertexArray(0);
@@ -473,16 +512,19 @@ void Renderer::read(Image& out) const {
     glPixelStorei(GL_PACK_ALIGNMENT, 4);
     glReadPixels(0, 0, out.width, out.height, GL_RGBA, GL_UNSIGNED_BYTE, out.rgba.data());
     for (int y = 0; y < out.height / 2; ++y)
-        std::swap_ranges(out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * y, out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * (y + 1),
+        std::swap_ranges(out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * y,
+                         out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * (y + 1),
                          out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * (out.height - 1 - y));
-    for (std::size_t i = 3; i < out.rgba.size(); i += 4) out.rgba[i] = 255;
+    for (std::size_t i = 3; i < out.rgba.size(); i += 4)
+        out.rgba[i] = 255;
 }
 
 void Renderer::present() const {
     const State& s = *state_;
     glBindFramebuffer(GL_READ_FRAMEBUFFER, s.picture_frame());
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
-    glBlitFramebuffer(0, 0, s.settings.width, s.settings.height, 0, 0, s.settings.width, s.settings.height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBlitFramebuffer(0, 0, s.settings.width, s.settings.height, 0, 0, s.settings.width, s.settings.height,
+                      GL_COLOR_BUFFER_BIT, GL_NEAREST);
 }
 
 } // namespace calot::rendering

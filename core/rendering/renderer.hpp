@@ -20,16 +20,16 @@ struct Rect {
 
 /// Where things are in a picture of this size.
 struct Layout {
-    Rect external;       // empty when the external view is off
-    Rect endoscope;      // the panel
-    Rect mask;           // the square in it that the endoscope's picture fills
-    Rect text;           // room for lines below or beside that square
+    Rect external;  // empty when the external view is off
+    Rect endoscope; // the panel
+    Rect mask;      // the square in it that the endoscope's picture fills
+    Rect text;      // room for lines below or beside that square
 };
 Layout make_layout(int width, int height, bool external_on);
 
 struct RendererSettings {
     int width = 1280, height = 720;
-    int samples = 1;  // of multi-sampling: 1 or 4; 4 triples the time without a GPU
+    int samples = 1; // of multi-sampling: 1 or 4; 4 triples the time without a GPU
     Optics optics;
     std::filesystem::path shaders; // folder; empty: found (see find_shaders)
     double text_scale = 1.0;
@@ -54,7 +54,8 @@ class Renderer {
     void resize(int width, int height);
 
     /// `panels` may build ImGui windows over the picture; `platform` is Overlay::begin's.
-    void draw(const FrameState&, const std::function<void(Overlay&)>& panels = {}, const std::function<void()>& platform = {});
+    void draw(const FrameState&, const std::function<void(Overlay&)>& panels = {},
+              const std::function<void()>& platform = {});
 
     /// The last picture drawn.
     void read(Image& out) const;

@@ -14,7 +14,9 @@ namespace {
 
 using Eigen::Vector3f;
 
-Vector3f at(const std::vector<std::array<float, 3>>& v, std::uint32_t i) { return Vector3f(v[i][0], v[i][1], v[i][2]); }
+Vector3f at(const std::vector<std::array<float, 3>>& v, std::uint32_t i) {
+    return Vector3f(v[i][0], v[i][1], v[i][2]);
+}
 
 // Interleaves the low ten bits of three numbers.
 std::uint32_t morton(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
@@ -30,10 +32,14 @@ std::uint32_t morton(std::uint32_t x, std::uint32_t y, std::uint32_t z) {
 } // namespace
 
 void check(const Surface& s) {
-    const auto refuse = [&s](const std::string& what) { throw std::invalid_argument("surface \"" + s.name + "\": " + what); };
+    const auto refuse = [&s](const std::string& what) {
+        throw std::invalid_argument("surface \"" + s.name + "\": " + what);
+    };
     if (s.triangles.empty()) refuse("triangles: there are none");
-    if (!s.normals.empty() && s.normals.size() != s.vertices.size()) refuse("normals: not one for each vertex");
-    if (!s.colours.empty() && s.colours.size() != s.vertices.size()) refuse("colours: not one for each vertex");
+    if (!s.normals.empty() && s.normals.size() != s.vertices.size())
+        refuse("normals: not one for each vertex");
+    if (!s.colours.empty() && s.colours.size() != s.vertices.size())
+        refuse("colours: not one for each vertex");
     if (!s.triangle_appearance.empty() && s.triangle_appearance.size() != s.triangles.size())
         refuse("triangle_appearance: not one for each triangle");
     for (const auto* field : {&s.vertices, &s.normals})
@@ -42,7 +48,8 @@ void check(const Surface& s) {
                 refuse(field == &s.vertices ? "vertices: one is not finite" : "normals: one is not finite");
     for (const auto& t : s.triangles)
         for (std::uint32_t i : t)
-            if (i >= s.vertices.size()) refuse("triangles: index " + std::to_string(i) + " is past the last vertex");
+            if (i >= s.vertices.size())
+                refuse("triangles: index " + std::to_string(i) + " is past the last vertex");
 }
 
 std::vector<std::array<float, 3>> vertex_normals(const Surface& s) {
@@ -50,7 +57,8 @@ std::vector<std::array<float, 3>> vertex_normals(const Surface& s) {
     for (const auto& t : s.triangles) {
         const Vector3f a = at(s.vertices, t[0]);
         const Vector3f area = (at(s.vertices, t[1]) - a).cross(at(s.vertices, t[2]) - a);
-        for (std::uint32_t i : t) sum[i] += area;
+        for (std::uint32_t i : t)
+            sum[i] += area;
     }
     std::vector<std::array<float, 3>> out(sum.size());
     for (std::size_t i = 0; i < sum.size(); ++i) {
@@ -61,7 +69,8 @@ std::vector<std::array<float, 3>> vertex_normals(const Surface& s) {
     return out;
 }
 
-std::vector<float> concavity(const Surface& s, const std::vector<std::array<float, 3>>& normals, double scale) {
+std::vector<float> concavity(const Surface& s, const std::vector<std::array<float, 3>>& normals,
+                             double scale) {
     const std::size_t count = s.vertices.size();
     std::vector<float> value(count, 0), weight(count, 0);
     const auto edge = [&](std::uint32_t i, std::uint32_t j) {
@@ -88,9 +97,11 @@ std::vector<float> concavity(const Surface& s, const std::vector<std::array<floa
                 sum[t[k]] += value[t[(k + 1) % 3]] + value[t[(k + 2) % 3]];
                 weight[t[k]] += 2;
             }
-        for (std::size_t i = 0; i < count; ++i) value[i] = sum[i] / weight[i];
+        for (std::size_t i = 0; i < count; ++i)
+            value[i] = sum[i] / weight[i];
     }
-    for (float& v : value) v = std::tanh(v);
+    for (float& v : value)
+        v = std::tanh(v);
     return value;
 }
 
@@ -107,7 +118,8 @@ void update_bounds(Cluster& c, const std::vector<std::array<std::uint32_t, 3>>& 
     const Vector3f centre = box.center();
     float radius = 0;
     for (std::size_t t = c.first; t < c.first + c.count; ++t)
-        for (std::uint32_t i : triangles[t]) radius = std::max(radius, (at(vertices, i) - centre).squaredNorm());
+        for (std::uint32_t i : triangles[t])
+            radius = std::max(radius, (at(vertices, i) - centre).squaredNorm());
     c.centre = {centre.x(), centre.y(), centre.z()};
     c.radius = std::sqrt(radius);
     c.longest_edge = std::sqrt(longest);
@@ -115,30 +127,35 @@ void update_bounds(Cluster& c, const std::vector<std::array<std::uint32_t, 3>>& 
 
 ClusteredTriangles cluster(const Surface& s, std::size_t size) {
     Eigen::AlignedBox3f box;
-    for (const auto& v : s.vertices) box.extend(Vector3f(v[0], v[1], v[2]));
+    for (const auto& v : s.vertices)
+        box.extend(Vector3f(v[0], v[1], v[2]));
     const Vector3f extent = box.sizes().cwiseMax(1e-9f);
     const auto code = [&](const std::array<std::uint32_t, 3>& t) {
         const Vector3f c = (at(s.vertices, t[0]) + at(s.vertices, t[1]) + at(s.vertices, t[2])) / 3;
         const Vector3f unit = (c - box.min()).cwiseQuotient(Vector3f::Constant(extent.maxCoeff())) * 1023.0f;
-        return morton(static_cast<std::uint32_t>(unit.x()), static_cast<std::uint32_t>(unit.y()), static_cast<std::uint32_t>(unit.z()));
+        return morton(static_cast<std::uint32_t>(unit.x()), static_cast<std::uint32_t>(unit.y()),
+                      static_cast<std::uint32_t>(unit.z()));
     };
     std::map<std::string, std::vector<std::size_t>> members;
     for (std::size_t t = 0; t < s.triangles.size(); ++t)
         members[s.triangle_appearance.empty() ? s.appearance : s.triangle_appearance[t]].push_back(t);
 
     std::vector<std::uint32_t> codes(s.triangles.size());
-    for (std::size_t t = 0; t < codes.size(); ++t) codes[t] = code(s.triangles[t]);
+    for (std::size_t t = 0; t < codes.size(); ++t)
+        codes[t] = code(s.triangles[t]);
 
     ClusteredTriangles out;
     out.triangles.reserve(s.triangles.size());
     for (auto& [appearance, list] : members) {
-        std::stable_sort(list.begin(), list.end(), [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
+        std::stable_sort(list.begin(), list.end(),
+                         [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
         ClusteredTriangles::Group group{appearance, out.clusters.size(), 0};
         for (std::size_t i = 0; i < list.size(); i += size) {
             Cluster c;
             c.first = out.triangles.size();
             c.count = std::min(size, list.size() - i);
-            for (std::size_t k = 0; k < c.count; ++k) out.triangles.push_back(s.triangles[list[i + k]]);
+            for (std::size_t k = 0; k < c.count; ++k)
+                out.triangles.push_back(s.triangles[list[i + k]]);
             update_bounds(c, out.triangles, s.vertices);
             out.clusters.push_back(c);
             ++group.cluster_count;

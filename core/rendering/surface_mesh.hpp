@@ -15,10 +15,11 @@ void check(const Surface&);
 /// Unit normals, each the mean of its triangles' weighted by area.
 std::vector<std::array<float, 3>> vertex_normals(const Surface&);
 
-/// For each vertex, how concave the surface is seen from outside: -1 a ridge, +1 a crease. It is the mean height of
-/// the neighbours above the tangent plane over their distance squared (half the mean curvature), in units of 1 / `scale`,
-/// smoothed over the mesh.
-std::vector<float> concavity(const Surface&, const std::vector<std::array<float, 3>>& normals, double scale = 0.012);
+/// For each vertex, how concave the surface is seen from outside: -1 a ridge, +1 a crease. It is the mean
+/// height of the neighbours above the tangent plane over their distance squared (half the mean curvature), in
+/// units of 1 / `scale`, smoothed over the mesh.
+std::vector<float> concavity(const Surface&, const std::vector<std::array<float, 3>>& normals,
+                             double scale = 0.012);
 
 /// Triangles of one appearance that lie together.
 struct Cluster {

@@ -12,11 +12,14 @@ namespace {
 using PackedNormal = std::array<std::int16_t, 4>;
 
 PackedNormal pack(const std::array<float, 3>& n, float concave) {
-    const auto to = [](float v) { return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767)); };
+    const auto to = [](float v) {
+        return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767));
+    };
     return {to(n[0]), to(n[1]), to(n[2]), to(concave)};
 }
 
-template <class T> Buffer upload(const std::vector<T>& data, GLenum usage) {
+template<class T>
+Buffer upload(const std::vector<T>& data, GLenum usage) {
     Buffer buffer = make_buffer();
     glBindBuffer(GL_ARRAY_BUFFER, *buffer);
     glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(data.size() * sizeof(T)), data.data(), usage);
@@ -25,7 +28,8 @@ template <class T> Buffer upload(const std::vector<T>& data, GLenum usage) {
 
 } // namespace
 
-SurfaceStore::SurfaceStore(std::vector<Appearance> appearances) : appearances_(std::move(appearances)), stream_(make_buffer()) {}
+SurfaceStore::SurfaceStore(std::vector<Appearance> appearances)
+    : appearances_(std::move(appearances)), stream_(make_buffer()) {}
 
 void SurfaceStore::bind_attributes(Entry& e) {
     glBindVertexArray(*e.array);
@@ -37,7 +41,8 @@ void SurfaceStore::bind_attributes(Entry& e) {
     glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
     glBindBuffer(GL_ARRAY_BUFFER, *e.rest);
     glVertexAttribPointer(3, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
-    for (GLuint i = 0; i < 4; ++i) glEnableVertexAttribArray(i);
+    for (GLuint i = 0; i < 4; ++i)
+        glEnableVertexAttribArray(i);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, *stream_);
     glBindVertexArray(0);
 }
@@ -47,16 +52,21 @@ SurfaceId SurfaceStore::add(const Surface& s) {
     Entry e;
     e.name = s.name;
     e.mesh = cluster(s);
-    for (const auto& group : e.mesh.groups) e.outer.push_back(find_appearance(appearances_, group.appearance));
-    e.inner = s.inner_appearance.empty() ? appearances_.size() : find_appearance(appearances_, s.inner_appearance);
+    for (const auto& group : e.mesh.groups)
+        e.outer.push_back(find_appearance(appearances_, group.appearance));
+    e.inner =
+        s.inner_appearance.empty() ? appearances_.size() : find_appearance(appearances_, s.inner_appearance);
     e.vertices = s.vertices;
     const auto normals = s.normals.empty() ? vertex_normals(s) : s.normals;
     e.concave = concavity(s, normals);
     std::vector<PackedNormal> packed(normals.size());
-    for (std::size_t i = 0; i < packed.size(); ++i) packed[i] = pack(normals[i], e.concave[i]);
+    for (std::size_t i = 0; i < packed.size(); ++i)
+        packed[i] = pack(normals[i], e.concave[i]);
     e.rest = upload(s.vertices, GL_STATIC_DRAW);
     e.normals = upload(packed, GL_STATIC_DRAW);
-    e.colours = upload(s.colours.empty() ? std::vector<std::array<std::uint8_t, 4>>(s.vertices.size(), {255, 255, 255, 255}) : s.colours,
+    e.colours = upload(s.colours.empty()
+                           ? std::vector<std::array<std::uint8_t, 4>>(s.vertices.size(), {255, 255, 255, 255})
+                           : s.colours,
                        GL_STATIC_DRAW);
     e.array = make_vertex_array();
     bind_attributes(e);
@@ -64,13 +74,16 @@ SurfaceId SurfaceStore::add(const Surface& s) {
     return SurfaceId{static_cast<std::uint32_t>(entries_.size() - 1)};
 }
 
-void SurfaceStore::update_vertices(SurfaceId id, std::size_t first, std::span<const std::array<float, 3>> vertices,
+void SurfaceStore::update_vertices(SurfaceId id, std::size_t first,
+                                   std::span<const std::array<float, 3>> vertices,
                                    std::span<const std::array<float, 3>> normals) {
     const auto index = static_cast<std::size_t>(id);
     if (index >= entries_.size()) throw std::out_of_range("update_vertices: no surface with this id");
     Entry& e = entries_[index];
-    if (first > e.vertices.size() || vertices.size() > e.vertices.size() - first || (!normals.empty() && normals.size() != vertices.size()))
-        throw std::out_of_range("update_vertices: surface \"" + e.name + "\": range past the last vertex, or normals of another count");
+    if (first > e.vertices.size() || vertices.size() > e.vertices.size() - first ||
+        (!normals.empty() && normals.size() != vertices.size()))
+        throw std::out_of_range("update_vertices: surface \"" + e.name +
+                                "\": range past the last vertex, or normals of another count");
     std::copy(vertices.begin(), vertices.end(), e.vertices.begin() + static_cast<std::ptrdiff_t>(first));
     if (!e.moved) {
         e.moved = upload(e.vertices, GL_DYNAMIC_DRAW);
@@ -82,15 +95,18 @@ void SurfaceStore::update_vertices(SurfaceId id, std::size_t first, std::span<co
     }
     if (!normals.empty()) {
         std::vector<PackedNormal> packed(normals.size());
-        for (std::size_t i = 0; i < packed.size(); ++i) packed[i] = pack(normals[i], e.concave[first + i]);
+        for (std::size_t i = 0; i < packed.size(); ++i)
+            packed[i] = pack(normals[i], e.concave[first + i]);
         glBindBuffer(GL_ARRAY_BUFFER, *e.normals);
         glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(first * sizeof(PackedNormal)),
                         static_cast<GLsizeiptr>(packed.size() * sizeof(PackedNormal)), packed.data());
     }
-    for (Cluster& c : e.mesh.clusters) update_bounds(c, e.mesh.triangles, e.vertices);
+    for (Cluster& c : e.mesh.clusters)
+        update_bounds(c, e.mesh.triangles, e.vertices);
 }
 
-std::vector<DrawItem> SurfaceStore::select(const ViewCone& cone, const std::vector<SurfaceState>& states, bool endoscope) {
+std::vector<DrawItem> SurfaceStore::select(const ViewCone& cone, const std::vector<SurfaceState>& states,
+                                           bool endoscope) {
     std::vector<const SurfaceState*> state_of(entries_.size(), nullptr);
     for (const SurfaceState& s : states)
         if (static_cast<std::size_t>(s.id) < entries_.size()) state_of[static_cast<std::size_t>(s.id)] = &s;
@@ -112,9 +128,11 @@ std::vector<DrawItem> SurfaceStore::select(const ViewCone& cone, const std::vect
             for (const bool split : {false, true}) {
                 if (split && cone.split_angle <= 0) continue;
                 order_.clear();
-                for (std::size_t c = group.first_cluster; c < group.first_cluster + group.cluster_count; ++c) {
+                for (std::size_t c = group.first_cluster; c < group.first_cluster + group.cluster_count;
+                     ++c) {
                     const Cluster& k = e.mesh.clusters[c];
-                    const Eigen::Vector3f to(k.centre[0] - eye.x(), k.centre[1] - eye.y(), k.centre[2] - eye.z());
+                    const Eigen::Vector3f to(k.centre[0] - eye.x(), k.centre[1] - eye.y(),
+                                             k.centre[2] - eye.z());
                     const float distance = to.norm();
                     if (distance - k.radius > cone.reach) continue;
                     if (distance > k.radius) {
@@ -123,7 +141,8 @@ std::vector<DrawItem> SurfaceStore::select(const ViewCone& cone, const std::vect
                     }
                     const float clearance = std::max(distance - k.radius, 0.0f);
                     const bool near = cone.split_angle > 0 && k.longest_edge > cone.split_angle * clearance;
-                    if (near == split) order_.emplace_back(distance - k.radius, static_cast<std::uint32_t>(c));
+                    if (near == split)
+                        order_.emplace_back(distance - k.radius, static_cast<std::uint32_t>(c));
                 }
                 if (order_.empty()) continue;
                 std::sort(order_.begin(), order_.end());
@@ -146,21 +165,27 @@ std::vector<DrawItem> SurfaceStore::select(const ViewCone& cone, const std::vect
             }
         }
     }
-    std::stable_sort(items.begin(), items.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    std::stable_sort(items.begin(), items.end(),
+                     [](const auto& a, const auto& b) { return a.first < b.first; });
     glBindVertexArray(0);
     glBindBuffer(GL_ARRAY_BUFFER, *stream_);
-    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices_.size() * sizeof(std::uint32_t)), indices_.data(), GL_STREAM_DRAW);
+    glBufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices_.size() * sizeof(std::uint32_t)),
+                 indices_.data(), GL_STREAM_DRAW);
     std::vector<DrawItem> out;
     out.reserve(items.size());
-    for (auto& [distance, item] : items) out.push_back(item);
+    for (auto& [distance, item] : items)
+        out.push_back(item);
     return out;
 }
 
-void SurfaceStore::bind(const DrawItem& item) const { glBindVertexArray(*entries_[item.surface].array); }
+void SurfaceStore::bind(const DrawItem& item) const {
+    glBindVertexArray(*entries_[item.surface].array);
+}
 
 std::size_t SurfaceStore::triangle_count() const {
     std::size_t sum = 0;
-    for (const Entry& e : entries_) sum += e.mesh.triangles.size();
+    for (const Entry& e : entries_)
+        sum += e.mesh.triangles.size();
     return sum;
 }
 

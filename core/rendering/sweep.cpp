@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 constexpr double kTau = 2 * std::numbers::pi;
-constexpr double kMerge = 1e-6;        // m
+constexpr double kMerge = 1e-6; // m
 constexpr std::size_t kMostStations = 20000;
 
 std::array<float, 3> to_floats(const Vector3d& v) {
@@ -26,14 +26,16 @@ Vector3d catmull_rom(const Vector3d& a, const Vector3d& b, const Vector3d& c, co
 void ring_indices(std::vector<std::uint32_t>& out, std::size_t first, std::size_t sides) {
     // Two rings of sides + 1 vertices one after the other; outward when the second lies along +z.
     for (std::size_t i = 0; i < sides; ++i) {
-        const auto a = static_cast<std::uint32_t>(first + i), b = static_cast<std::uint32_t>(first + sides + 1 + i);
+        const auto a = static_cast<std::uint32_t>(first + i),
+                   b = static_cast<std::uint32_t>(first + sides + 1 + i);
         out.insert(out.end(), {a, a + 1, b, a + 1, b + 1, b});
     }
 }
 
 } // namespace
 
-std::vector<CurvePoint> smooth_curve(const std::vector<Vec3>& points, const std::vector<Quat>& frames, double step) {
+std::vector<CurvePoint> smooth_curve(const std::vector<Vec3>& points, const std::vector<Quat>& frames,
+                                     double step) {
     std::vector<Vector3d> p;
     std::vector<Vector3d> roll;
     const bool framed = frames.size() == points.size();
@@ -63,11 +65,13 @@ std::vector<CurvePoint> smooth_curve(const std::vector<Vec3>& points, const std:
         }
     }
     for (std::size_t i = 0; i < out.size(); ++i) {
-        const Vector3d ahead = out[std::min(i + 1, out.size() - 1)].position - out[i > 0 ? i - 1 : 0].position;
+        const Vector3d ahead =
+            out[std::min(i + 1, out.size() - 1)].position - out[i > 0 ? i - 1 : 0].position;
         out[i].z = ahead.norm() > 0 ? Vector3d(ahead.normalized()) : Vector3d::UnitZ();
         Vector3d x = framed ? wanted[i] : i > 0 ? out[i - 1].x : perpendicular(out[0].z);
         x -= out[i].z * out[i].z.dot(x);
-        if (x.norm() < 1e-9) x = i > 0 ? out[i - 1].x - out[i].z * out[i].z.dot(out[i - 1].x) : perpendicular(out[i].z);
+        if (x.norm() < 1e-9)
+            x = i > 0 ? out[i - 1].x - out[i].z * out[i].z.dot(out[i - 1].x) : perpendicular(out[i].z);
         out[i].x = x.norm() > 1e-9 ? Vector3d(x.normalized()) : perpendicular(out[i].z);
         out[i].y = out[i].z.cross(out[i].x);
     }
@@ -89,8 +93,10 @@ void sweep_shaft(const ShaftState& shaft, ShaftMesh& mesh) {
             const double angle = kTau * static_cast<double>(i) / kSides;
             const Vector3d out = std::cos(angle) * c.x + std::sin(angle) * c.y;
             const Vector3d normal = (out * std::sqrt(1 - along * along) + c.z * along).normalized();
-            mesh.vertices.push_back({to_floats(c.position + radius * out), to_floats(normal),
-                                     {static_cast<float>(s), static_cast<float>(angle), static_cast<float>(part), 1.0f}});
+            mesh.vertices.push_back(
+                {to_floats(c.position + radius * out),
+                 to_floats(normal),
+                 {static_cast<float>(s), static_cast<float>(angle), static_cast<float>(part), 1.0f}});
         }
     };
     const auto band = [&](std::size_t first) { ring_indices(mesh.indices, first, kSides); };
@@ -101,11 +107,14 @@ void sweep_shaft(const ShaftState& shaft, ShaftMesh& mesh) {
         if (s < kChamfer && i > 0) break;
         const bool now_hard = s < kHardTip;
         if (i > 0) {
-            if (now_hard && !hard) ring(curve[i], shaft.radius, 0, s, ShaftPart::Tube);
-            else ring(curve[i], shaft.radius, 0, s, now_hard ? ShaftPart::HardTip : ShaftPart::Tube);
+            if (now_hard && !hard)
+                ring(curve[i], shaft.radius, 0, s, ShaftPart::Tube);
+            else
+                ring(curve[i], shaft.radius, 0, s, now_hard ? ShaftPart::HardTip : ShaftPart::Tube);
             band(mesh.vertices.size() - 2 * (kSides + 1));
         }
-        if (i == 0 || (now_hard && !hard)) ring(curve[i], shaft.radius, 0, s, now_hard ? ShaftPart::HardTip : ShaftPart::Tube);
+        if (i == 0 || (now_hard && !hard))
+            ring(curve[i], shaft.radius, 0, s, now_hard ? ShaftPart::HardTip : ShaftPart::Tube);
         hard = now_hard;
     }
     // Chamfer and face.
@@ -118,14 +127,17 @@ void sweep_shaft(const ShaftState& shaft, ShaftMesh& mesh) {
     ring(tip, shaft.radius - kChamfer, 0.9, 0, ShaftPart::HardTip);
     band(mesh.vertices.size() - 2 * (kSides + 1));
     const auto centre = static_cast<std::uint32_t>(mesh.vertices.size());
-    mesh.vertices.push_back({to_floats(tip.position), to_floats(tip.z), {0, 0, static_cast<float>(ShaftPart::Face), 0}});
+    mesh.vertices.push_back(
+        {to_floats(tip.position), to_floats(tip.z), {0, 0, static_cast<float>(ShaftPart::Face), 0}});
     // The face interpolates angle and radius, so each sector has its own centre-side ring of small radius.
     for (const double fraction : {0.02, 0.35, 0.7, 1.0})
         for (std::size_t i = 0; i <= kSides; ++i) {
             const double angle = kTau * static_cast<double>(i) / kSides;
             const Vector3d out = std::cos(angle) * tip.x + std::sin(angle) * tip.y;
-            mesh.vertices.push_back({to_floats(tip.position + fraction * (shaft.radius - kChamfer) * out), to_floats(tip.z),
-                                     {0, static_cast<float>(angle), static_cast<float>(ShaftPart::Face), static_cast<float>(fraction)}});
+            mesh.vertices.push_back({to_floats(tip.position + fraction * (shaft.radius - kChamfer) * out),
+                                     to_floats(tip.z),
+                                     {0, static_cast<float>(angle), static_cast<float>(ShaftPart::Face),
+                                      static_cast<float>(fraction)}});
         }
     for (std::size_t r = 0; r < 3; ++r)
         for (std::size_t i = 0; i < kSides; ++i) {
@@ -134,7 +146,8 @@ void sweep_shaft(const ShaftState& shaft, ShaftMesh& mesh) {
             mesh.indices.insert(mesh.indices.end(), {a, b, b + 1, a, b + 1, a + 1});
         }
     for (std::size_t i = 0; i < kSides; ++i)
-        mesh.indices.insert(mesh.indices.end(), {centre, static_cast<std::uint32_t>(centre + 1 + i), static_cast<std::uint32_t>(centre + 2 + i)});
+        mesh.indices.insert(mesh.indices.end(), {centre, static_cast<std::uint32_t>(centre + 1 + i),
+                                                 static_cast<std::uint32_t>(centre + 2 + i)});
 }
 
 namespace {
@@ -143,8 +156,8 @@ class MarkerBuilder {
   public:
     explicit MarkerBuilder(MarkerMesh& mesh) : mesh_(mesh) {}
 
-    void tube(const std::vector<CurvePoint>& curve, double radius, const Rgb& colour, float alpha, std::vector<std::uint32_t>& indices,
-              std::size_t sides) {
+    void tube(const std::vector<CurvePoint>& curve, double radius, const Rgb& colour, float alpha,
+              std::vector<std::uint32_t>& indices, std::size_t sides) {
         for (std::size_t i = 0; i < curve.size(); ++i) {
             for (std::size_t k = 0; k <= sides; ++k) {
                 const double angle = kTau * static_cast<double>(k) / static_cast<double>(sides);
@@ -155,13 +168,15 @@ class MarkerBuilder {
         }
     }
 
-    void ball(const Vector3d& centre, double radius, const Rgb& colour, float alpha, std::vector<std::uint32_t>& indices, std::size_t sides) {
+    void ball(const Vector3d& centre, double radius, const Rgb& colour, float alpha,
+              std::vector<std::uint32_t>& indices, std::size_t sides) {
         const std::size_t rows = sides / 2;
         for (std::size_t r = 0; r <= rows; ++r) {
             const double polar = std::numbers::pi * (1 - static_cast<double>(r) / static_cast<double>(rows));
             for (std::size_t k = 0; k <= sides; ++k) {
                 const double angle = kTau * static_cast<double>(k) / static_cast<double>(sides);
-                const Vector3d out(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle), std::cos(polar));
+                const Vector3d out(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
+                                   std::cos(polar));
                 add(centre + radius * out, out, colour, alpha);
             }
             if (r > 0) ring_indices(indices, mesh_.vertices.size() - 2 * (sides + 1), sides);
@@ -185,8 +200,11 @@ class MarkerBuilder {
 
   private:
     void add(const Vector3d& position, const Vector3d& normal, const Rgb& c, float alpha) {
-        const auto byte = [](float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255)); };
-        mesh_.vertices.push_back({to_floats(position), to_floats(normal), {byte(c[0]), byte(c[1]), byte(c[2]), byte(alpha)}});
+        const auto byte = [](float v) {
+            return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255));
+        };
+        mesh_.vertices.push_back(
+            {to_floats(position), to_floats(normal), {byte(c[0]), byte(c[1]), byte(c[2]), byte(alpha)}});
     }
     MarkerMesh& mesh_;
 };

@@ -7,7 +7,8 @@
 
 namespace calot::rendering {
 
-/// A point of a smooth curve with a frame whose z runs along it; x and y do not twist but for the frames given.
+/// A point of a smooth curve with a frame whose z runs along it; x and y do not twist but for the frames
+/// given.
 struct CurvePoint {
     Eigen::Vector3d position{0, 0, 0}, x{1, 0, 0}, y{0, 1, 0}, z{0, 0, 1};
     double arc = 0; // from the first point
@@ -16,7 +17,8 @@ struct CurvePoint {
 /// Catmull-Rom curve through the points (Catmull & Rom 1974), stations at most `step` apart. `frames` (one a
 /// point, or none) fix the roll; without them x is transported along the curve. Points closer together than
 /// a micrometre are merged; fewer than two leave an empty curve.
-std::vector<CurvePoint> smooth_curve(const std::vector<Vec3>& points, const std::vector<Quat>& frames, double step);
+std::vector<CurvePoint> smooth_curve(const std::vector<Vec3>& points, const std::vector<Quat>& frames,
+                                     double step);
 
 enum class ShaftPart : std::uint8_t { Tube, HardTip, Face };
 

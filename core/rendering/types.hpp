@@ -30,12 +30,13 @@ Pose look_at(const Vec3& eye, const Vec3& target, const Vec3& up);
 /// A triangle mesh as the renderer takes it. Triangles are counter-clockwise seen from outside.
 struct Surface {
     std::string name;
-    std::vector<std::array<float, 3>> vertices;        // metres
-    std::vector<std::array<float, 3>> normals;         // unit, per vertex; empty: computed
-    std::vector<std::array<std::uint8_t, 4>> colours;  // per vertex tint rgb and ambient openness a; empty: white
+    std::vector<std::array<float, 3>> vertices; // metres
+    std::vector<std::array<float, 3>> normals;  // unit, per vertex; empty: computed
+    std::vector<std::array<std::uint8_t, 4>>
+        colours; // per vertex tint rgb and ambient openness a; empty: white
     std::vector<std::array<std::uint32_t, 3>> triangles;
-    std::string appearance = "serosa";          // an entry of appearance.toml, for the outer (front) side
-    std::string inner_appearance;               // for the side seen from within; empty: as outside
+    std::string appearance = "serosa";            // an entry of appearance.toml, for the outer (front) side
+    std::string inner_appearance;                 // for the side seen from within; empty: as outside
     std::vector<std::string> triangle_appearance; // outer side per triangle; empty: `appearance` for all
 };
 
@@ -115,8 +116,8 @@ struct FrameState {
     std::vector<SegmentMarker> segments;
     ExternalCamera external;
     std::optional<CutPlane> cut;
-    double light = 1.0; // of the headlight, 0..1
-    double fade = 0;    // 1: black
+    double light = 1.0;                      // of the headlight, 0..1
+    double fade = 0;                         // 1: black
     std::vector<std::string> endoscope_text; // lines beside or below the endoscope's picture
     std::vector<std::string> external_text;  // lines in the corner of the external view
 };
@@ -127,7 +128,9 @@ struct Image {
     std::vector<std::uint8_t> rgba;
     std::span<const std::uint8_t, 4> pixel(int x, int y) const {
         return std::span<const std::uint8_t, 4>(
-            rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)), 4);
+            rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                               static_cast<std::size_t>(x)),
+            4);
     }
 };
 
