@@ -1,0 +1,168 @@
+// What procedures and contact rely on in the checked-in anatomy: whole meshes, and a way through them.
+#include <calot/meshio/check.hpp>
+#include <calot/meshio/read.hpp>
+#include <calot/meshio/sha256.hpp>
+#include <calot/meshio/write.hpp>
+
+#include <gtest/gtest.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+namespace {
+
+using namespace calot::meshio;
+
+const std::filesystem::path folder = std::filesystem::path(CALOT_SOURCE_DIR) / "assets/anatomy/reference";
+constexpr double endoscope_radius = 0.0063; // m, facts.tsv endoscope.GIF-2T160.OD
+
+Vec3 operator-(const Vec3& a, const Vec3& b) {
+    return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
+Vec3 operator+(const Vec3& a, const Vec3& b) {
+    return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
+Vec3 operator*(double s, const Vec3& a) {
+    return {s * a[0], s * a[1], s * a[2]};
+}
+double dot(const Vec3& a, const Vec3& b) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Vec3 cross(const Vec3& a, const Vec3& b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double norm(const Vec3& a) {
+    return std::sqrt(dot(a, a));
+}
+
+double segment_distance(const Vec3& p, const Vec3& a, const Vec3& b) {
+    const double t = std::clamp(dot(p - a, b - a) / dot(b - a, b - a), 0.0, 1.0);
+    return norm(p - a - t * (b - a));
+}
+
+double triangle_distance(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const Vec3 n = cross(b - a, c - a);
+    const bool over = dot(cross(b - a, n), p - a) <= 0 && dot(cross(c - b, n), p - b) <= 0 &&
+                      dot(cross(a - c, n), p - c) <= 0;
+    if (over) return std::abs(dot(p - a, n)) / norm(n);
+    return std::min({segment_distance(p, a, b), segment_distance(p, b, c), segment_distance(p, c, a)});
+}
+
+double clearance(const TriangleMesh& mesh, const Vec3& p) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& t : mesh.triangles)
+        least = std::min(least,
+                         triangle_distance(p, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]]));
+    return least;
+}
+
+/// Whether p lies in the solid: the sum of the solid angles is 4 pi inside (Van Oosterom and Strackee 1983).
+bool inside(const TriangleMesh& mesh, const Vec3& p) {
+    double turns = 0;
+    for (const auto& t : mesh.triangles) {
+        const Vec3 u = mesh.vertices[t[0]] - p, v = mesh.vertices[t[1]] - p, w = mesh.vertices[t[2]] - p;
+        const double lu = norm(u), lv = norm(v), lw = norm(w);
+        turns +=
+            std::atan2(dot(u, cross(v, w)), lu * lv * lw + dot(u, v) * lw + dot(v, w) * lu + dot(w, u) * lv);
+    }
+    return turns > M_PI; // half of it is summed
+}
+
+Vec3 vec(const toml::node_view<toml::node>& v) {
+    const toml::array& a = *v.as_array();
+    return {a[0].value<double>().value(), a[1].value<double>().value(), a[2].value<double>().value()};
+}
+
+class Anatomy : public testing::Test {
+  protected:
+    toml::table list = toml::parse_file((folder / "anatomy.toml").string());
+    std::vector<Vec3> path() {
+        std::vector<Vec3> points;
+        toml::array& a = *list["landmark"]["path"]["points"].as_array();
+        for (std::size_t i = 0; i < a.size(); ++i)
+            points.push_back(vec(toml::node_view<toml::node>(a.get(i))));
+        return points;
+    }
+};
+
+TEST_F(Anatomy, every_mesh_is_the_closed_outward_boundary_of_a_solid) {
+    ASSERT_TRUE(list["organ"].is_array_of_tables());
+    std::size_t triangles = 0;
+    for (auto& node : *list["organ"].as_array()) {
+        toml::table& organ = *node.as_table();
+        const auto file = folder / organ["mesh"].value<std::string>().value();
+        const MeshReport r = check(read_mesh(file));
+        EXPECT_EQ(r.problem(), "") << file;
+        triangles += r.triangles;
+        const double friction = organ["friction"].value<double>().value();
+        EXPECT_TRUE(friction >= 0 && friction < 1) << file << ": friction " << friction;
+    }
+    EXPECT_LE(triangles, 200'000u) << "static anatomy is designed for 200,000 triangles";
+}
+
+TEST_F(Anatomy, every_mesh_was_made_from_the_description_beside_it) {
+    for (auto& node : *list["organ"].as_array()) {
+        const auto file = folder / (*node.as_table())["mesh"].value<std::string>().value();
+        auto description = file;
+        description.replace_extension(".toml");
+        std::string made_from;
+        for (const auto& [key, value] : read_glb_extras(file))
+            if (key == "description_sha256") made_from = value;
+        EXPECT_EQ(made_from, sha256_file(description)) << file << ": mesh it again with calot-mesher";
+    }
+}
+
+TEST_F(Anatomy, the_endoscope_fits_along_the_path_and_through_the_ring) {
+    const TriangleMesh wall = read_mesh(folder / "upper-gi.glb");
+    const auto points = path();
+    ASSERT_GE(points.size(), 10u);
+    double least = std::numeric_limits<double>::infinity();
+    Vec3 where{};
+    for (std::size_t i = 0; i + 1 < points.size(); ++i) {
+        EXPECT_LE(norm(points[i + 1] - points[i]), 0.010) << "points " << i << " and " << i + 1;
+        for (int k = 0; k < 4; ++k) {
+            const Vec3 p = points[i] + (0.25 * k) * (points[i + 1] - points[i]);
+            if (const double c = clearance(wall, p); c < least) least = c, where = p;
+        }
+    }
+    EXPECT_GE(least, endoscope_radius)
+        << "clearance of the path in m, at " << where[0] << ", " << where[1] << ", " << where[2];
+    for (std::size_t i = 0; i < points.size(); i += 4)
+        EXPECT_FALSE(inside(wall, points[i])) << "point " << i << " lies in the wall";
+}
+
+TEST_F(Anatomy, the_ring_is_where_the_landmark_says_and_as_wide) {
+    const TriangleMesh wall = read_mesh(folder / "upper-gi.glb");
+    const Vec3 ring = vec(list["landmark"]["viscerotomy"]["position"]);
+    const Vec3 normal = vec(list["landmark"]["viscerotomy"]["normal"]);
+    const double radius = 0.5 * list["landmark"]["viscerotomy"]["ring_diameter"].value<double>().value();
+    EXPECT_NEAR(norm(normal), 1, 1e-3);
+    EXPECT_NEAR(clearance(wall, ring), radius, 0.0007) << "distance from the ring's centre to its rim";
+    // Outside the stomach along the normal, inside against it: the wall is all round the ring, 3 mm beyond
+    // its rim.
+    const Vec3 side = cross(normal, Vec3{0, 0, 1}), across = (1 / norm(side)) * side,
+               along = cross(across, normal);
+    for (int k = 0; k < 8; ++k) {
+        const double angle = k * M_PI / 4, r = radius + 0.004;
+        const Vec3 out = ring + (r * std::cos(angle)) * across + (r * std::sin(angle)) * along;
+        bool met = false;
+        for (int step = -8; step <= 8; ++step)
+            met = met || inside(wall, out + (0.001 * step) * normal);
+        EXPECT_TRUE(met) << "no wall " << k * 45 << " degrees round the ring";
+    }
+}
+
+TEST_F(Anatomy, the_guide_stands_at_the_upper_end_and_points_into_the_oesophagus) {
+    const Vec3 guide = vec(list["landmark"]["guide"]["position"]),
+               direction = vec(list["landmark"]["guide"]["direction"]);
+    const auto points = path();
+    EXPECT_NEAR(norm(direction), 1, 1e-3);
+    EXPECT_LT(norm(points[0] - guide), 1e-3);
+    const Vec3 first = points[1] - points[0];
+    EXPECT_GT(dot(direction, first) / norm(first), 0.99) << "guide and path should run the same way";
+}
+
+} // namespace
