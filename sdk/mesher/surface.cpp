@@ -11,7 +11,7 @@
 #include <CGAL/Surface_mesher/Standard_criteria.h>
 #include <CGAL/make_surface_mesh.h>
 
-#include <unordered_map>
+#include <algorithm>
 
 namespace calot::mesher {
 namespace {
@@ -91,6 +91,31 @@ Mesh to_mesh(const Surface& surface) {
     return mesh;
 }
 
+/// The mesh with vertices sorted by position and triangles by their corners: CGAL numbers both by the
+/// addresses they happened to have in memory.
+Surface in_order(const Mesh& mesh) {
+    std::vector<Mesh::Vertex_index> order(mesh.vertices().begin(), mesh.vertices().end());
+    std::sort(order.begin(), order.end(), [&](auto a, auto b) { return mesh.point(a) < mesh.point(b); });
+    Surface surface;
+    std::vector<std::uint32_t> number(mesh.num_vertices());
+    for (const auto v : order) {
+        number[v] = static_cast<std::uint32_t>(surface.points.size());
+        surface.points.push_back(vec(mesh.point(v)));
+    }
+    for (const auto f : mesh.faces()) {
+        auto h = mesh.halfedge(f);
+        std::array<std::uint32_t, 3> t{};
+        for (auto& corner : t) {
+            corner = number[mesh.target(h)];
+            h = mesh.next(h);
+        }
+        std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+        surface.triangles.push_back(t);
+    }
+    std::sort(surface.triangles.begin(), surface.triangles.end());
+    return surface;
+}
+
 } // namespace
 
 Surface extract_surface(const SurfaceRequest& request) {
@@ -108,22 +133,7 @@ Surface extract_surface(const SurfaceRequest& request) {
     CGAL::facets_in_complex_2_to_triangle_mesh(complex, mesh);
     if (!CGAL::is_closed(mesh)) throw SurfaceError("the surface came out open: refine 'edge'");
     CGAL::Polygon_mesh_processing::orient_to_bound_a_volume(mesh);
-    Surface surface;
-    std::vector<std::uint32_t> number(mesh.num_vertices());
-    for (const auto v : mesh.vertices()) {
-        number[v] = static_cast<std::uint32_t>(surface.points.size());
-        surface.points.push_back(vec(mesh.point(v)));
-    }
-    for (const auto f : mesh.faces()) {
-        auto h = mesh.halfedge(f);
-        std::array<std::uint32_t, 3> t{};
-        for (auto& corner : t) {
-            corner = number[mesh.target(h)];
-            h = mesh.next(h);
-        }
-        surface.triangles.push_back(t);
-    }
-    return surface;
+    return in_order(mesh);
 }
 
 std::size_t self_intersections(const Surface& surface) {
