@@ -82,6 +82,10 @@ typedef struct calot_snapshot {
     /* Pose of an organ's landmark or body by its id ("viscerotomy"): 1, or 0 if there is none. [simulation]
      * [real-time] */
     uint32_t (*pose)(void* self, calot_string id, calot_pose* out);
+    /* What the anatomy marks by this id ("viscerotomy", "path"): position, normal, radius and polyline are
+     * filled, as it lies in the snapshot; the span lives until the update returns: 1, or 0 if there is none.
+     * [simulation] [real-time] */
+    uint32_t (*landmark)(void* self, calot_string id, calot_marker* out);
     /* Index of an organ in the scene by its id, UINT32_MAX if there is none. [simulation] [real-time] */
     uint32_t (*organ)(void* self, calot_string id);
     /* Blood, bile, smoke, gas and lens, which the host owns: "blood-volume" in m3 and the like: 1, or 0.
