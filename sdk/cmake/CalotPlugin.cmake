@@ -15,9 +15,9 @@ set(CALOT_PLUGIN_VERSION_SCRIPT "${CMAKE_CURRENT_LIST_DIR}/plugin.map")
 function(calot_read_abi)
   file(READ "${CALOT_SDK_DIR}/include/calot/abi/common.h" header)
   foreach(name MAJOR MINOR FINGERPRINT)
-    string(REGEX MATCH "#define CALOT_ABI_${name} ([0-9A-Fa-fxul]+)" _ "${header}")
-    string(REGEX REPLACE "u?l*$" "" value "${CMAKE_MATCH_1}")
-    set(CALOT_ABI_${name} "${value}" PARENT_SCOPE)
+    # Without the suffix ull, which is C's.
+    string(REGEX MATCH "#define CALOT_ABI_${name} ([0-9][0-9A-Fa-fx]*)" _ "${header}")
+    set(CALOT_ABI_${name} "${CMAKE_MATCH_1}" PARENT_SCOPE)
   endforeach()
 endfunction()
 
