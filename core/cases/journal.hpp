@@ -41,7 +41,7 @@ struct CaseHeader {
 /// neither allocate nor block; a buffer that the disk cannot drain ends the record (failed()).
 class JournalWriter {
   public:
-    /// Creates `folder` (mode 0700) and case.calot in it (0600). Throws std::runtime_error when it exists or
+    /// Creates `folder` (mode 0700) and case.calot in it (0600). Throws host::UserError when it exists or
     /// cannot be written.
     JournalWriter(const std::filesystem::path& folder, const CaseHeader& header);
     ~JournalWriter(); // flushes
@@ -83,7 +83,7 @@ struct Journal {
 };
 
 /// Reads a case's folder, or its case.calot. Damage after the header is no error (Journal::damage); an
-/// unreadable file or header is: std::runtime_error, one line.
+/// unreadable file or header is: host::UserError, one line.
 Journal read_journal(const std::filesystem::path& case_or_file);
 Journal parse_journal(std::string_view bytes, const std::string& name);
 

@@ -39,9 +39,6 @@ class MetricsRecorder : public simulation::Observer {
     std::unique_ptr<Impl> impl_;
 };
 
-/// The procedure plugin's declared metrics. Throws simulation::PluginError.
-std::vector<MetricDefinition> declared_metrics(const simulation::Plugin& procedure);
-
 /// One row for the case. UTF-8, comma, CRLF, header row, full stop as decimal sign; a value that was not
 /// measured is an empty cell. Writes metrics.csv and metrics-dictionary.csv into `folder`.
 void write_metrics(const std::filesystem::path& folder, const CaseHeader& header,

@@ -52,7 +52,7 @@ struct EndoscopeDatasheet {
     std::vector<WorkingChannel> channels;
 };
 
-/// Throws std::runtime_error, one line: "FILE: FIELD: what; remedy". Unknown keys, values that are not finite
+/// Throws host::UserError, one line: "FILE: FIELD: what; remedy". Unknown keys, values that are not finite
 /// or out of their bounds are errors.
 EndoscopeDatasheet read_endoscope(const std::filesystem::path& file);
 EndoscopeDatasheet parse_endoscope(std::string_view toml, const std::string& file);

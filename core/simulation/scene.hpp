@@ -45,7 +45,7 @@ struct SceneDescription {
     const StartPose* start(std::string_view name) const;
 };
 
-/// Throws std::runtime_error, one line: "FILE: FIELD: what; remedy".
+/// Throws host::UserError, one line: "FILE: FIELD: what; remedy".
 SceneDescription parse_scene(std::string_view toml, const std::string& file);
 
 } // namespace calot::simulation

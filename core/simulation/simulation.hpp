@@ -1,16 +1,16 @@
 // The tick pipeline: one procedure on one scene with one endoscope, 1 ms at a time.
 //
-//   auto world = simulation::load_world(simulation::parse_scene(text, name), options);
-//   simulation::Simulation simulation({.world = world, .rod = ..., .device = ..., .procedure = ..., .seed =
-//   1}); simulation.add_observer(recorder);           // journal, metrics, video const simulation::Outcome
-//   outcome = simulation.run({.speed = simulation::Speed::realtime});
+//   auto world = load_world(parse_scene(text, name), options);
+//   Simulation simulation({.world = world, .rod = &rod, .device = &device, .procedure = &procedure});
+//   simulation.add_observer(recorder); // journal, metrics, video
+//   const Outcome outcome = simulation.run({.speed = Speed::realtime});
 //
 // A window runs `run` on a thread of its own, reads `latest()` at its own rate, pushes events into `input()`,
 // and may call the functions marked [any thread].
 #pragma once
 
+#include "host/instances.hpp"
 #include "simulation/input_queue.hpp"
-#include "simulation/plugin.hpp"
 #include "simulation/snapshot.hpp"
 #include "simulation/world.hpp"
 
@@ -79,15 +79,16 @@ class Observer {
 struct Setup {
     std::shared_ptr<const World> world;
     std::string start = "default"; // of the scene's start poses
-    Plugin rod;
-    Plugin device;    // or `replay`
-    Plugin procedure; // may be absent: nothing but the shaft
-    ControlSource* replay = nullptr;
+    // Created and initialised by the host; the simulation configures, activates and deactivates them. They
+    // outlive it.
+    host::RodInstance* rod = nullptr;
+    host::DeviceInstance* device = nullptr;       // or
+    ControlSource* replay = nullptr;              // controls from elsewhere
+    host::ProcedureInstance* procedure = nullptr; // may be absent: nothing but the shaft
     std::uint64_t seed = 0;
     unsigned threads = 2; // 1: collision runs on the simulation thread; the bits are the same
     std::uint32_t nodes = 100;
-    std::string until; // ends when this task is completed
-    CallMonitor* monitor = nullptr;
+    std::string until;    // ends when this task is completed
     bool measure = false; // fill Snapshot::cost
     std::uint32_t max_contacts = 512;
     double max_force = 50, max_torque = 1; // N, N m: of the virtual coupling
@@ -116,8 +117,8 @@ struct Outcome {
 
 class Simulation {
   public:
-    /// Places the shaft, lets it settle, configures and activates the plugins. Throws PluginError,
-    /// std::runtime_error for a start that the scene or the endoscope does not allow. [main]
+    /// Places the shaft, lets it settle, configures and activates the plugins. Throws
+    /// host::PluginError, host::UserError for a start that the scene or the endoscope does not allow. [main]
     explicit Simulation(Setup setup);
     /// Deactivates the plugins. [main]
     ~Simulation();
@@ -127,7 +128,8 @@ class Simulation {
     /// Before run. Observers are called in the order in which they were added; they must outlive the run.
     void add_observer(Observer& observer);
 
-    /// Steps until the procedure is over, stop() or a limit. Throws PluginError; the observers' ended() has
+    /// Steps until the procedure is over, stop() or a limit. Throws
+    /// host::PluginError; the observers' ended() has
     /// been called then. Called once.
     Outcome run(const RunOptions& options);
 
@@ -153,8 +155,5 @@ class Simulation {
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
-
-/// The scene that a procedure plugin writes. Throws PluginError.
-std::string scene_text(const Plugin& procedure);
 
 } // namespace calot::simulation

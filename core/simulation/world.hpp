@@ -60,7 +60,7 @@ struct World {
     geometry::TriangleScene surfaces; // organ index as in anatomy.organs
 };
 
-/// Reads anatomy, meshes and datasheet. Throws std::runtime_error, one line: "FILE: FIELD: what; remedy".
+/// Reads anatomy, meshes and datasheet. Throws host::UserError, one line: "FILE: FIELD: what; remedy".
 std::shared_ptr<const World> load_world(const SceneDescription& scene, const WorldOptions& options);
 
 /// Reads assets/anatomy/<name>/anatomy.toml; `organs` empty: all of them. Same errors.
