@@ -1,0 +1,171 @@
+// Contacts, one after the other, each with its own node masses: non-penetration with the other side's
+// compliance, then Coulomb friction with stick. Displacement-level and implicit within the substep (as
+// Macklin et al. 2019 do).
+#include "cosserat_rod.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace calot::rod_cosserat {
+
+namespace {
+
+Vec3 applied(const std::array<double, 9>& c, Vec3 v) {
+    return {c[0] * v.x + c[1] * v.y + c[2] * v.z, c[3] * v.x + c[4] * v.y + c[5] * v.z,
+            c[6] * v.x + c[7] * v.y + c[8] * v.z};
+}
+
+} // namespace
+
+Vec3 CosseratRod::contact_point(const ContactRow& r) const {
+    Vec3 p = r.wa * position(r.a) + r.wb * position(r.b);
+    if (r.other_a >= 0) p = p - (r.other_wa * position(r.other_a) + r.other_wb * position(r.other_b));
+    return p;
+}
+
+void CosseratRod::prepare_contacts() {
+    contact_count_ = std::min(now_.contacts.size(), rows_.size());
+    for (std::size_t k = 0; k < contact_count_; ++k) {
+        const Contact& c = now_.contacts[k];
+        ContactRow& r = rows_[k];
+        r = {};
+        r.a = c.segment, r.b = c.segment + 1;
+        r.wa = 1.0 - c.along, r.wb = c.along;
+        r.normal = c.normal;
+        r.gap = c.gap, r.friction = c.friction * friction_[c.segment], r.motion = c.motion,
+        r.centre = c.centre;
+        const Vec3 t{tx_[r.b], ty_[r.b], tz_[r.b]};
+        const Vec3 flat = t - dot(t, c.normal) * c.normal;
+        const double l = norm(flat);
+        if (l > 1e-6)
+            r.e1 = (1.0 / l) * flat;
+        else {
+            const Vec3 any = std::fabs(c.normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+            const Vec3 side = cross(c.normal, any);
+            r.e1 = (1.0 / norm(side)) * side;
+        }
+        r.e2 = cross(r.normal, r.e1);
+        r.lever = -radius_[c.segment] * dot(r.e2, cross(t, r.normal));
+        double inverse = r.wa * r.wa * w_[r.a] + r.wb * r.wb * w_[r.b];
+        double spin = r.lever * r.lever / polar_[c.segment];
+        if (c.other_segment >= 0) {
+            const int o = c.other_segment;
+            r.other_a = o, r.other_b = o + 1;
+            r.other_wa = 1.0 - c.other_along, r.other_wb = c.other_along;
+            const Vec3 to{tx_[o + 1], ty_[o + 1], tz_[o + 1]};
+            r.other_lever = -radius_[o] * dot(r.e2, cross(to, r.normal));
+            inverse += r.other_wa * r.other_wa * w_[o] + r.other_wb * r.other_wb * w_[o + 1];
+            spin += r.other_lever * r.other_lever / polar_[o];
+        }
+        r.inverse_mass = inverse;
+        r.inverse_mass_2 = inverse + spin;
+        const Vec3 cn = applied(c.compliance, r.normal), c1 = applied(c.compliance, r.e1),
+                   c2 = applied(c.compliance, r.e2);
+        r.c_n = std::max(0.0, dot(r.normal, cn)), r.c_1 = std::max(0.0, dot(r.e1, c1)),
+        r.c_2 = std::max(0.0, dot(r.e2, c2));
+        r.c_n1 = dot(r.normal, c1), r.c_n2 = dot(r.normal, c2), r.c_12 = dot(r.e1, c2);
+        for (std::size_t s = 0; s < memory_count_; ++s) {
+            // Contacts mostly keep their order from tick to tick.
+            const ContactMemory& m = memory_[(k + s) % memory_count_];
+            if (m.id != c.id) continue;
+            r.stick_1 = dot(m.stick, r.e1), r.stick_2 = dot(m.stick, r.e2);
+            r.f_n = m.f_n;
+            break;
+        }
+    }
+}
+
+// The gap asked for: none if there is none, else a little less than there is, so that pushing out is slow.
+void CosseratRod::begin_contacts(double h, double progress) {
+    for (std::size_t k = 0; k < contact_count_; ++k) {
+        ContactRow& r = rows_[k];
+        const Vec3 p = contact_point(r);
+        const double before = progress - 1.0 / substeps_;
+        const double gap = r.gap + dot(r.normal, p - r.centre - before * r.motion) + r.c_n * r.f_n;
+        r.bound = std::min(0.0, gap + recovery_speed_ * h);
+        r.start = p;
+        r.f_n = r.f_1 = r.f_2 = 0.0;
+        r.slips = false;
+    }
+}
+
+void CosseratRod::solve_contacts(double h, double progress) {
+    const double h2 = h * h;
+    for (std::size_t k = 0; k < contact_count_; ++k) {
+        ContactRow& r = rows_[k];
+        const auto push = [&](Vec3 f) {
+            const auto move = [&](int i, double weight) {
+                const double s = h * weight * w_[i];
+                vx_[i] += s * f.x, vy_[i] += s * f.y, vz_[i] += s * f.z;
+                x_[i] += h * s * f.x, y_[i] += h * s * f.y, z_[i] += h * s * f.z;
+            };
+            move(r.a, r.wa), move(r.b, r.wb);
+            if (r.other_a >= 0) move(r.other_a, -r.other_wa), move(r.other_b, -r.other_wb);
+        };
+        const Vec3 p = contact_point(r);
+        const double gap = r.gap + dot(r.normal, p - r.centre - progress * r.motion) - r.bound +
+                           r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * r.f_2;
+        const double stiff = h2 * r.inverse_mass + r.c_n;
+        if (!(stiff > 0.0)) continue;
+        const double f_n = std::max(0.0, r.f_n - gap / stiff);
+        if (f_n == 0.0 && r.f_n == 0.0) continue;
+        push((f_n - r.f_n) * r.normal);
+        r.f_n = f_n;
+
+        const Vec3 slid = contact_point(r) - r.start - (1.0 / substeps_) * r.motion;
+        const double roll =
+            h * r.lever * spin_[r.a] + (r.other_a >= 0 ? h * r.other_lever * spin_[r.other_a] : 0.0);
+        const double s1 = r.stick_1 + dot(r.e1, slid) + r.c_1 * r.f_1 + r.c_n1 * r.f_n + r.c_12 * r.f_2;
+        const double s2 =
+            r.stick_2 + dot(r.e2, slid) + roll + r.c_2 * r.f_2 + r.c_n2 * r.f_n + r.c_12 * r.f_1;
+        double f_1 = r.f_1 - s1 / (h2 * r.inverse_mass + r.c_1);
+        double f_2 = r.f_2 - s2 / (h2 * r.inverse_mass_2 + r.c_2);
+        const double size = std::sqrt(f_1 * f_1 + f_2 * f_2), most = r.friction * r.f_n;
+        r.slips = size > most;
+        if (r.slips) f_1 *= most / size, f_2 *= most / size;
+        push((f_1 - r.f_1) * r.e1 + (f_2 - r.f_2) * r.e2);
+        const double turn = h * (f_2 - r.f_2);
+        spin_[r.a] += turn * r.lever / polar_[r.a];
+        if (r.other_a >= 0) spin_[r.other_a] += turn * r.other_lever / polar_[r.other_a];
+        r.f_1 = f_1, r.f_2 = f_2;
+    }
+}
+
+// Books the impulse, and moves the point of stick: it stays while the contact sticks; while it slips it
+// follows so closely that the other side's deflection carries the friction there is; without contact there is
+// none.
+void CosseratRod::end_contacts(double h) {
+    for (std::size_t k = 0; k < contact_count_; ++k) {
+        ContactRow& r = rows_[k];
+        if (r.f_n <= 0.0) {
+            r.stick_1 = r.stick_2 = 0.0;
+            continue;
+        }
+        const Vec3 f = r.f_n * r.normal + r.f_1 * r.e1 + r.f_2 * r.e2;
+        r.impulse += h * f;
+        if (now_.base.mode == EndMode::clamped && r.a == 0) base_force_ += -r.wa * f;
+        if (now_.tip.mode == EndMode::clamped && r.b == n_ - 1) tip_force_ += -r.wb * f;
+        if (r.slips) {
+            r.stick_1 = -(r.c_1 * r.f_1 + r.c_n1 * r.f_n + r.c_12 * r.f_2);
+            r.stick_2 = -(r.c_2 * r.f_2 + r.c_n2 * r.f_n + r.c_12 * r.f_1);
+            continue;
+        }
+        const Vec3 slid = contact_point(r) - r.start - (1.0 / substeps_) * r.motion;
+        r.stick_1 += dot(r.e1, slid);
+        r.stick_2 += dot(r.e2, slid) + h * r.lever * spin_[r.a] +
+                     (r.other_a >= 0 ? h * r.other_lever * spin_[r.other_a] : 0.0);
+    }
+}
+
+void CosseratRod::remember_contacts() {
+    std::size_t count = 0;
+    for (std::size_t k = 0; k < contact_count_; ++k) {
+        const ContactRow& r = rows_[k];
+        impulse_[k] = r.impulse;
+        if (r.f_n > 0.0) memory_[count++] = {now_.contacts[k].id, r.stick_1 * r.e1 + r.stick_2 * r.e2, r.f_n};
+    }
+    memory_count_ = count;
+    now_.contacts = {};
+}
+
+} // namespace calot::rod_cosserat

@@ -1,0 +1,511 @@
+#include "cosserat_rod.hpp"
+
+#include "lapack.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+namespace calot::rod_cosserat {
+
+namespace {
+
+// The largest share of the explicit stability limit that a substep uses; the rest is for large rotations and
+// contact.
+constexpr double stability_share = 0.8;
+// Nothing on an endoscope moves this fast; it bounds what a bad input can do within a substep.
+constexpr double speed_limit = 20.0; // m/s
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Property {
+    const char* name;
+    std::span<const double> SegmentProperties::*values;
+    bool positive;
+};
+
+constexpr Property properties[] = {
+    {"mass_per_length", &SegmentProperties::mass_per_length, true},
+    {"radius", &SegmentProperties::radius, true},
+    {"bending_1", &SegmentProperties::bending_1, true},
+    {"bending_2", &SegmentProperties::bending_2, true},
+    {"torsion", &SegmentProperties::torsion, true},
+    {"bending_damping", &SegmentProperties::bending_damping, false},
+    {"torsion_damping", &SegmentProperties::torsion_damping, false},
+    {"drag", &SegmentProperties::drag, false},
+    {"friction", &SegmentProperties::friction, false},
+};
+
+void require(bool holds, const char* field, const char* what) {
+    if (!holds) throw std::invalid_argument(std::string(field) + ": " + what);
+}
+
+} // namespace
+
+CosseratRod::CosseratRod(const RodDescription& d)
+    : n_(d.nodes), iterations_(d.iterations), recovery_speed_(d.recovery_speed) {
+    require(d.nodes >= 3 && d.nodes <= 100000, "nodes", "must be from 3 to 100000");
+    require(d.max_contacts >= 0, "max_contacts", "must not be negative");
+    require(std::isfinite(d.recovery_speed) && d.recovery_speed > 0, "recovery_speed", "must be positive");
+    require(d.iterations >= 1 && d.iterations <= 1000, "iterations", "must be from 1 to 1000");
+    const auto n = static_cast<std::size_t>(n_), m = n - 1;
+    require(d.length.size() == m, "length", "needs one value for each segment");
+    for (double l : d.length)
+        require(l > 0 && l < 1e6, "length", "must be positive and finite");
+    for (const Property& p : properties)
+        require((d.properties.*p.values).size() == m, p.name, "needs one value for each segment");
+    for (Array* a : {&x_,         &y_,
+                     &z_,         &vx_,
+                     &vy_,        &vz_,
+                     &out_vx_,    &out_vy_,
+                     &out_vz_,    &fx_,
+                     &fy_,        &fz_,
+                     &mass_,      &w_,
+                     &node_drag_, &slow_,
+                     &k1_,        &k2_,
+                     &k3_,        &rest1_,
+                     &rest2_,     &rest3_,
+                     &last_u1_,   &last_u2_,
+                     &rate1_,     &rate2_,
+                     &per_cell_,  &per_twist_cell_,
+                     &viscosity_, &twist_viscosity_,
+                     &gx_,        &gy_,
+                     &gz_})
+        a->assign(n, 0.0);
+    for (Array* a : {&qw_, &qx_, &qy_, &qz_, &length_, &inverse_length_, &spin_, &polar_, &torque_,
+                     &slow_spin_, &twist_diagonal_, &twist_off_, &twist_unit_})
+        a->assign(m, 0.0);
+    for (Array* a : {&mass_per_length_, &radius_, &bending_1_, &bending_2_, &torsion_, &bending_damping_,
+                     &torsion_damping_, &drag_, &friction_})
+        a->assign(m, 1.0);
+    for (Array* a : {&tx_, &ty_, &tz_, &lambda_, &couple_x_, &couple_y_, &couple_z_, &lower_, &diagonal_,
+                     &upper_, &right_})
+        a->assign(n + 1, 0.0);
+    rest_darboux_.assign(3 * m, 0.0);
+    const auto contacts = static_cast<std::size_t>(d.max_contacts);
+    rows_.resize(contacts);
+    impulse_.resize(contacts);
+    memory_.resize(contacts);
+    for (std::size_t j = 0; j < m; ++j) {
+        length_[j] = d.length[j];
+        inverse_length_[j] = 1.0 / d.length[j];
+    }
+    if (const auto wrong = set_properties(d.properties))
+        throw std::invalid_argument(std::string(wrong->field) + "[" + std::to_string(wrong->index) +
+                                    "]: " + wrong->message);
+    saved_.resize(state_size());
+    reset({}, {});
+}
+
+std::optional<Complaint> CosseratRod::set_properties(const SegmentProperties& given) {
+    const auto m = static_cast<std::size_t>(n_ - 1);
+    for (const Property& p : properties) {
+        const std::span<const double> values = given.*p.values;
+        if (!values.empty() && values.size() != m)
+            return Complaint{p.name, "needs one value for each segment", values.size()};
+        for (std::size_t j = 0; j < values.size(); ++j)
+            if (!(values[j] < 1e12 && (p.positive ? values[j] > 1e-15 : values[j] >= 0.0)))
+                return Complaint{
+                    p.name, p.positive ? "must be positive and finite" : "must be finite and not negative",
+                    j};
+    }
+    Array* const stored[] = {&mass_per_length_, &radius_,          &bending_1_, &bending_2_, &torsion_,
+                             &bending_damping_, &torsion_damping_, &drag_,      &friction_};
+    for (std::size_t k = 0; k < std::size(properties); ++k) {
+        const std::span<const double> values = given.*properties[k].values;
+        std::copy(values.begin(), values.end(), stored[k]->begin());
+    }
+    std::fill(mass_.begin(), mass_.end(), 0.0);
+    std::fill(node_drag_.begin(), node_drag_.end(), 0.0);
+    viscous_ = false;
+    for (std::size_t j = 0; j < m; ++j) {
+        const double mass = mass_per_length_[j] * length_[j];
+        polar_[j] = 0.5 * mass * radius_[j] * radius_[j];
+        for (std::size_t i : {j, j + 1}) {
+            mass_[i] += 0.5 * mass;
+            node_drag_[i] += 0.5 * length_[j] * drag_[j];
+        }
+        viscous_ = viscous_ || bending_damping_[j] > 0.0;
+    }
+    for (int i = 0; i < n_; ++i)
+        node_drag_[i] /= mass_[i];
+    update_joints();
+    return std::nullopt;
+}
+
+bool CosseratRod::set_rest_darboux(std::span<const double> darboux) {
+    if (darboux.size() != rest_darboux_.size()) return false;
+    for (double u : darboux)
+        if (!(std::fabs(u) < 1e9)) return false;
+    std::copy(darboux.begin(), darboux.end(), rest_darboux_.begin());
+    update_joints();
+    return true;
+}
+
+// Joint i spans half of each neighbouring segment. Bending moment is continuous across it, so compliances add
+// and rest angles add. At the ends the cell is the half of one segment: what lies between a clamp and the
+// segment's middle.
+void CosseratRod::update_joints() {
+    const auto series = [](double la, double ka, double lb, double kb) {
+        return (la + lb) / (la / ka + lb / kb);
+    };
+    for (int i = 0; i < n_; ++i) {
+        const int a = std::max(i - 1, 0), b = std::min(i, n_ - 2);
+        const double la = i > 0 ? 0.5 * length_[a] : 0.0, lb = i < n_ - 1 ? 0.5 * length_[b] : 0.0;
+        k1_[i] = series(la, bending_1_[a], lb, bending_1_[b]);
+        k2_[i] = series(la, bending_2_[a], lb, bending_2_[b]);
+        k3_[i] = series(la, torsion_[a], lb, torsion_[b]);
+        viscosity_[i] = (la * bending_damping_[a] + lb * bending_damping_[b]) / (la + lb);
+        twist_viscosity_[i] = (la * torsion_damping_[a] + lb * torsion_damping_[b]) / (la + lb);
+        per_cell_[i] = per_twist_cell_[i] = 2.0 / (la + lb);
+        rest1_[i] = (la * rest_darboux_[3 * a] + lb * rest_darboux_[3 * b]) / (la + lb);
+        rest2_[i] = (la * rest_darboux_[3 * a + 1] + lb * rest_darboux_[3 * b + 1]) / (la + lb);
+        rest3_[i] = (la * rest_darboux_[3 * a + 2] + lb * rest_darboux_[3 * b + 2]) / (la + lb);
+    }
+}
+
+void CosseratRod::reset(Vec3 base, Quat orientation) {
+    // CoRdE's discrete Darboux vector is u = (2/l) Im(conj(q_a) q_b): the frame that follows q_a at rest is
+    // q_a p with Im p = u l / 2. A half cell at the base lies between the cross-section given and the first
+    // segment.
+    const auto turn = [&](int i) {
+        Vec3 v{rest1_[i] / per_cell_[i], rest2_[i] / per_cell_[i], rest3_[i] / per_twist_cell_[i]};
+        const double s = std::min(norm(v), 1.0);
+        if (norm(v) > 1.0) v = (1.0 / norm(v)) * v;
+        return Quat{std::sqrt(1.0 - s * s), v.x, v.y, v.z};
+    };
+    Quat q = normalized(orientation);
+    Vec3 p = base;
+    base_clamp_ = q;
+    for (int i = 0; i < n_; ++i) {
+        x_[i] = p.x, y_[i] = p.y, z_[i] = p.z;
+        q = normalized(q * turn(i));
+        if (i == n_ - 1) break;
+        qw_[i] = q.w, qx_[i] = q.x, qy_[i] = q.y, qz_[i] = q.z;
+        p += length_[i] * third_axis(q);
+    }
+    tip_clamp_ = q;
+    come_to_rest();
+}
+
+void CosseratRod::reset_to(std::span<const double> p, std::span<const double> frames) {
+    const auto n = static_cast<std::size_t>(n_);
+    require(p.size() == 3 * n, "position", "needs three values for each node");
+    require(frames.size() == 4 * (n - 1), "frame", "needs four values for each segment");
+    for (double v : p)
+        require(std::fabs(v) < 1e6, "position", "must be finite");
+    for (std::size_t i = 0; i < n; ++i) {
+        x_[i] = p[3 * i], y_[i] = p[3 * i + 1], z_[i] = p[3 * i + 2];
+        if (i == n - 1) break;
+        const Vec3 e = Vec3{p[3 * i + 3], p[3 * i + 4], p[3 * i + 5]} - position(static_cast<int>(i));
+        require(norm(e) > 0.0, "position", "neighbouring nodes coincide");
+        const Quat given{frames[4 * i], frames[4 * i + 1], frames[4 * i + 2], frames[4 * i + 3]};
+        const double size = given.w * given.w + given.x * given.x + given.y * given.y + given.z * given.z;
+        require(std::fabs(size - 1.0) < 1e-3, "frame", "must be unit quaternions");
+        const Quat unit = normalized(given);
+        const Quat q = normalized(turn_between(third_axis(unit), (1.0 / norm(e)) * e) * unit);
+        qw_[i] = q.w, qx_[i] = q.x, qy_[i] = q.y, qz_[i] = q.z;
+    }
+    come_to_rest();
+    base_clamp_ = base_frame(), tip_clamp_ = tip_frame();
+}
+
+// What both ways of resetting share.
+void CosseratRod::come_to_rest() {
+    for (Array* a :
+         {&vx_, &vy_, &vz_, &out_vx_, &out_vy_, &out_vz_, &spin_, &rate1_, &rate2_, &last_u1_, &last_u2_})
+        std::fill(a->begin(), a->end(), 0.0);
+    half_kick_ = 0.5;
+    memory_count_ = contact_count_ = 0;
+    advance_ = roll_ = 0.0;
+    on_axis_ = 0;
+    mouth_stiffness_ = 0.0;
+    base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
+    now_ = {};
+    update_joints();
+    directions();
+    elastic_forces(1.0, true);
+    std::fill(rate1_.begin(), rate1_.end(), 0.0);
+    std::fill(rate2_.begin(), rate2_.end(), 0.0);
+}
+
+void CosseratRod::set_velocities(std::span<const double> linear, std::span<const double> angular) {
+    for (int i = 0; i < n_ && 3 * static_cast<std::size_t>(i) + 2 < linear.size(); ++i) {
+        out_vx_[i] = vx_[i] = linear[3 * i];
+        out_vy_[i] = vy_[i] = linear[3 * i + 1];
+        out_vz_[i] = vz_[i] = linear[3 * i + 2];
+    }
+    for (int j = 0; j < n_ - 1 && 3 * static_cast<std::size_t>(j) + 2 < angular.size(); ++j)
+        spin_[j] = dot({angular[3 * j], angular[3 * j + 1], angular[3 * j + 2]}, third_axis(frame(j)));
+    half_kick_ = 0.5;
+}
+
+bool CosseratRod::acceptable(const StepInput& in) const {
+    // Large but finite numbers overflow as surely as infinities do; these bounds are far outside any
+    // endoscope.
+    const auto sane = [](double v) { return std::fabs(v) < 1e9; };
+    const auto sane3 = [&](Vec3 v) { return sane(v.x) && sane(v.y) && sane(v.z); };
+    const auto unit = [](double s) { return std::fabs(s - 1.0) < 1e-3; };
+    if (!(in.dt >= 1e-6 && in.dt <= 1e-2) || !sane3(in.gravity)) return false;
+    for (const End* e : {&in.base, &in.tip}) {
+        const Quat q = e->orientation;
+        if (!sane3(e->position) || !sane3(e->force) || !sane3(e->torque)) return false;
+        if (!unit(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)) return false;
+        for (const Coupling* c : {&e->axial, &e->roll})
+            if (!sane(c->target) || !sane(c->velocity) || !sane(c->stiffness) || !sane(c->damping) ||
+                !sane(c->cap) || c->stiffness < 0 || c->damping < 0 || c->cap < 0)
+                return false;
+    }
+    if (in.tip.mode == EndMode::coupled || (in.base.mode == EndMode::coupled && !in.guide.present))
+        return false;
+    if (in.guide.present &&
+        (!sane3(in.guide.origin) || !sane3(in.guide.direction) || !unit(norm(in.guide.direction))))
+        return false;
+    if (!in.rest_darboux.empty() && in.rest_darboux.size() != rest_darboux_.size()) return false;
+    for (double u : in.rest_darboux)
+        if (!sane(u)) return false;
+    for (const Contact& c : in.contacts) {
+        if (c.segment < 0 || c.segment >= n_ - 1 || c.other_segment >= n_ - 1) return false;
+        if (!(c.along >= 0 && c.along <= 1) ||
+            (c.other_segment >= 0 && !(c.other_along >= 0 && c.other_along <= 1)))
+            return false;
+        if (!sane3(c.normal) || !unit(norm(c.normal)) || !sane(c.gap) || !sane3(c.centre) || !sane3(c.motion))
+            return false;
+        if (!sane(c.friction) || c.friction < 0) return false;
+        for (double v : c.compliance)
+            if (!sane(v)) return false;
+    }
+    return true;
+}
+
+// Substeps from the stiffest node: bending moment K phi / c acts through forces (1, -2, 1) / l, so a node's
+// row of the stiffness matrix sums to at most (4, 8, 4) K / (c l^2) (Gershgorin); a leapfrog step h with the
+// viscous part lagging is stable while h^2 w^2 + 2 h tau w^2 < 4. Twist is implicit and sets no limit.
+void CosseratRod::choose_substeps(double dt) {
+    double least = dt;
+    for (int i = 0; i < n_; ++i) {
+        double row = 0.0, tau = 0.0;
+        for (int k = std::max(i - 1, 0); k <= std::min(i + 1, n_ - 1); ++k) {
+            if (k == 0 && now_.base.mode != EndMode::clamped) continue;
+            if (k == n_ - 1 && now_.tip.mode != EndMode::clamped) continue;
+            const int s = std::min(std::max(i - 1, 0), n_ - 2), t = std::min(i, n_ - 2);
+            const double inverse = std::max(inverse_length_[s], inverse_length_[t]);
+            row += (k == i ? 8.0 : 4.0) * 0.5 * std::max(k1_[k], k2_[k]) * per_cell_[k] * inverse * inverse;
+            tau = std::max(tau, viscosity_[k]);
+        }
+        if (w_[i] <= 0.0) continue;
+        const double w2 = row / mass_[i], limit = 4.0 * stability_share * stability_share / w2;
+        least = std::min(least, std::sqrt(tau * tau + limit) - tau);
+    }
+    substeps_ = std::max(1, static_cast<int>(std::ceil(dt / least - 1e-9)));
+}
+
+void CosseratRod::prepare(const StepInput& input) {
+    now_ = input;
+    if (!input.rest_darboux.empty())
+        std::copy(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin());
+    update_joints();
+    for (int i = 0; i < n_; ++i)
+        w_[i] = 1.0 / mass_[i];
+    base_from_ = position(0), tip_from_ = position(n_ - 1);
+    base_clamp_from_ = base_clamp_, tip_clamp_from_ = tip_clamp_;
+    if (input.base.mode == EndMode::clamped) w_[0] = 0.0;
+    if (input.tip.mode == EndMode::clamped) w_[n_ - 1] = 0.0;
+    update_guide();
+    choose_substeps(input.dt);
+    base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
+    elapsed_ = 0.0;
+}
+
+StepResult CosseratRod::step(const StepInput& input) {
+    if (!acceptable(input)) return StepResult::invalid_input;
+    const auto start = Clock::now();
+    times_ = {};
+    save(saved_);
+    prepare(input);
+    const double h = input.dt / substeps_;
+    for (int i = 0; i < n_; ++i)
+        slow_[i] = std::exp(-node_drag_[i] * h);
+    for (int j = 0; j < n_ - 1; ++j)
+        slow_spin_[j] = std::exp(-drag_[j] / mass_per_length_[j] * h);
+    factor_twist(h);
+    prepare_contacts();
+    elastic_forces(h, false);
+    for (int s = 0; s < substeps_; ++s)
+        substep(h, s);
+    if (!all_finite()) {
+        load(saved_);
+        for (Array* a : {&vx_, &vy_, &vz_, &spin_, &rate1_, &rate2_, &out_vx_, &out_vy_, &out_vz_})
+            std::fill(a->begin(), a->end(), 0.0);
+        memory_count_ = 0;
+        base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
+        std::fill(impulse_.begin(), impulse_.end(), Vec3{});
+        return StepResult::recovered;
+    }
+    remember_contacts();
+    publish(h);
+    const double share = 1.0 / substeps_;
+    base_force_ = share * base_force_, base_torque_ = share * base_torque_;
+    tip_force_ = share * tip_force_, tip_torque_ = share * tip_torque_;
+    times_.total = seconds_since(start);
+    return StepResult::ok;
+}
+
+void CosseratRod::substep(double h, int index) {
+    const double progress = (index + 1.0) / substeps_;
+    elapsed_ = now_.dt * progress;
+    if (contact_count_ > 0) begin_contacts(h, progress);
+    kick(h, half_kick_, progress);
+    half_kick_ = 1.0;
+    twist(h, progress);
+    drift(h, progress);
+    for (int k = 0; k < iterations_; ++k) {
+        const auto t0 = timing_ ? Clock::now() : Clock::time_point{};
+        project_lengths(h);
+        if (timing_) times_.constraints += seconds_since(t0);
+        if (contact_count_ == 0) break;
+        const auto t1 = timing_ ? Clock::now() : Clock::time_point{};
+        solve_contacts(h, progress);
+        if (timing_) times_.contacts += seconds_since(t1);
+    }
+    limit_speed(h);
+    if (contact_count_ > 0) end_contacts(h);
+    turn_frames(h);
+    elastic_forces(h, true);
+}
+
+// Bounds speeds and keeps the positions that go with them.
+void CosseratRod::limit_speed(double h) {
+    double top = 0.0;
+    for (int i = 0; i < n_; ++i)
+        top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
+    if (!(top > speed_limit * speed_limit)) return;
+    for (int i = 0; i < n_; ++i) {
+        const double v = norm({vx_[i], vy_[i], vz_[i]});
+        if (v <= speed_limit) continue;
+        const double keep = speed_limit / v, back = (keep - 1.0) * h;
+        x_[i] += back * vx_[i], y_[i] += back * vy_[i], z_[i] += back * vz_[i];
+        vx_[i] *= keep, vy_[i] *= keep, vz_[i] *= keep;
+    }
+}
+
+bool CosseratRod::all_finite() const {
+    double sum = 0.0;
+    for (const Array* a :
+         {&x_, &y_, &z_, &vx_, &vy_, &vz_, &qw_, &qx_, &qy_, &qz_, &spin_, &fx_, &fy_, &fz_, &torque_})
+        for (double v : *a)
+            sum += v * 0.0;
+    return sum == 0.0;
+}
+
+// Leapfrog velocities are half a substep behind the positions. What is shown is brought to the same time:
+// half a kick, then made compatible with the lengths, as RATTLE does (Andersen 1983).
+void CosseratRod::publish(double h) {
+    double* right = right_.data();
+    for (int i = 0; i < n_; ++i) {
+        const double s = 0.5 * h * w_[i];
+        out_vx_[i] = s * fx_[i], out_vy_[i] = s * fy_[i], out_vz_[i] = s * fz_[i];
+    }
+    const auto onto_axis = [&](int i, Vec3 d) {
+        const double a = dot({out_vx_[i], out_vy_[i], out_vz_[i]}, d);
+        out_vx_[i] = a * d.x, out_vy_[i] = a * d.y, out_vz_[i] = a * d.z;
+    };
+    for (int i = 0; i < on_axis_; ++i)
+        onto_axis(i, now_.guide.direction);
+    for (int j = 0; j < n_ - 1; ++j) {
+        const int s = j + 1;
+        const Vec3 rel{out_vx_[s] - out_vx_[j] + vx_[s] - vx_[j], out_vy_[s] - out_vy_[j] + vy_[s] - vy_[j],
+                       out_vz_[s] - out_vz_[j] + vz_[s] - vz_[j]};
+        right[j] = tx_[s] * rel.x + ty_[s] * rel.y + tz_[s] * rel.z;
+        diagonal_[j] = (w_[j] + w_[s]) * (1.0 + 1e-10);
+        lower_[j] = -w_[j] * (tx_[s] * tx_[j] + ty_[s] * ty_[j] + tz_[s] * tz_[j]);
+        upper_[j] =
+            j + 2 < n_ ? -w_[s] * (tx_[s] * tx_[s + 1] + ty_[s] * ty_[s + 1] + tz_[s] * tz_[s + 1]) : 0.0;
+    }
+    if (lapack::solve_tridiagonal(n_ - 1, lower_.data() + 1, diagonal_.data(), upper_.data(), right))
+        std::copy(right, right + n_ - 1, lambda_.begin() + 1);
+    else
+        std::fill(lambda_.begin(), lambda_.end(), 0.0);
+    for (int i = 0; i < n_; ++i) {
+        const double a = w_[i] * lambda_[i + 1], b = w_[i] * lambda_[i];
+        out_vx_[i] += vx_[i] + a * tx_[i + 1] - b * tx_[i];
+        out_vy_[i] += vy_[i] + a * ty_[i + 1] - b * ty_[i];
+        out_vz_[i] += vz_[i] + a * tz_[i + 1] - b * tz_[i];
+    }
+}
+
+Vec3 CosseratRod::angular_velocity(int j) const {
+    const Vec3 t{tx_[j + 1], ty_[j + 1], tz_[j + 1]};
+    return inverse_length_[j] * cross(t, velocity(j + 1) - velocity(j)) + spin_[j] * t;
+}
+
+// Half a cell past the last segment's middle the frame has turned by u l / 2, u = rest + moment / K.
+Quat CosseratRod::tip_frame() const {
+    if (now_.tip.mode == EndMode::clamped) return tip_clamp_;
+    const int i = n_ - 1, j = n_ - 2;
+    const Quat q = frame(j);
+    Vec3 m{};
+    if (now_.tip.mode == EndMode::loaded) m = rotate(conj(q), now_.tip.torque);
+    const double c = 1.0 / per_cell_[i];
+    const Vec3 half{c * (rest1_[i] + m.x / k1_[i]), c * (rest2_[i] + m.y / k2_[i]),
+                    c * (rest3_[i] + m.z / k3_[i])};
+    return normalized(q * Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z});
+}
+
+Quat CosseratRod::base_frame() const {
+    if (now_.base.mode == EndMode::clamped) return base_clamp_;
+    const Quat q = frame(0);
+    Vec3 m{};
+    if (now_.base.mode == EndMode::loaded) m = rotate(conj(q), -now_.base.torque);
+    const double c = 1.0 / per_cell_[0];
+    const Vec3 half{c * (rest1_[0] + m.x / k1_[0]), c * (rest2_[0] + m.y / k2_[0]),
+                    c * (rest3_[0] + m.z / k3_[0])};
+    return normalized(q *
+                      conj(Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z}));
+}
+
+double CosseratRod::arc_length() const {
+    double sum = 0.0;
+    for (int j = 0; j < n_ - 1; ++j)
+        sum += norm(position(j + 1) - position(j));
+    return sum;
+}
+
+Energies CosseratRod::energies() const {
+    Energies e;
+    for (int i = 0; i < n_; ++i) {
+        const Vec3 v = velocity(i);
+        e.kinetic += 0.5 * mass_[i] * dot(v, v);
+        e.gravity -= mass_[i] * dot(now_.gravity, position(i));
+    }
+    for (int j = 0; j < n_ - 1; ++j)
+        e.kinetic += 0.5 * polar_[j] * spin_[j] * spin_[j];
+    for (int i = 0; i < n_; ++i) {
+        Quat a, b;
+        if (i == 0 && now_.base.mode == EndMode::clamped)
+            a = base_clamp_, b = frame(0);
+        else if (i == n_ - 1 && now_.tip.mode == EndMode::clamped)
+            a = frame(i - 1), b = tip_clamp_;
+        else if (i == 0 || i == n_ - 1)
+            continue;
+        else
+            a = frame(i - 1), b = frame(i);
+        const Quat p = conj(a) * b;
+        const double s = p.w < 0.0 ? -1.0 : 1.0, s1 = s * per_cell_[i], s3 = s * per_twist_cell_[i];
+        const double d1 = s1 * p.x - rest1_[i], d2 = s1 * p.y - rest2_[i], d3 = s3 * p.z - rest3_[i];
+        e.bending += (k1_[i] * d1 * d1 + k2_[i] * d2 * d2) / per_cell_[i];
+        e.twist += k3_[i] * d3 * d3 / per_twist_cell_[i];
+    }
+    for (std::size_t k = 0; k < contact_count_; ++k) {
+        const ContactRow& r = rows_[k];
+        e.contact += 0.5 * (r.c_n * r.f_n * r.f_n + r.c_1 * r.f_1 * r.f_1 + r.c_2 * r.f_2 * r.f_2) +
+                     r.c_n1 * r.f_n * r.f_1 + r.c_n2 * r.f_n * r.f_2 + r.c_12 * r.f_1 * r.f_2;
+    }
+    return e;
+}
+
+} // namespace calot::rod_cosserat
