@@ -40,7 +40,7 @@ struct ContactRow {
     Vec3 start; ///< m, of the centreline point, at the substep's start
     bool slips = false;
     double stick_1 = 0, stick_2 = 0;  ///< m; from the point where the surfaces stick
-    double f_n = 0, f_1 = 0, f_2 = 0; ///< N, in this substep
+    double f_n = 0, f_1 = 0, f_2 = 0, f_film = 0; ///< N, in this substep
     Vec3 impulse;                     ///< N s, so far in this tick
 };
 

@@ -15,6 +15,11 @@ Vec3 applied(const std::array<double, 9>& c, Vec3 v) {
             c[6] * v.x + c[7] * v.y + c[8] * v.z};
 }
 
+// Normals are of a pose one tick or more ago. A rod pressed with F into a groove of radius R swings across it as a
+// pendulum of stiffness F / R; the delay t makes this an undamped growth, F t / R of negative damping. A film between
+// the surfaces takes F t / R for t = 1.5 ms and R = 6 mm, across the rod only: 0.1 m/s sideways cost 2.5 % of F.
+constexpr double film = 0.25; // s/m
+
 } // namespace
 
 Vec3 CosseratRod::contact_point(const ContactRow& r) const {
@@ -75,16 +80,26 @@ void CosseratRod::prepare_contacts() {
     }
 }
 
-// The gap asked for: none if there is none, else a little less than there is, so that pushing out is slow.
+// Overlap that is there already is taken back slowly, and by positions alone: that gives nothing any speed. What the
+// substep then asks for is that the overlap does not grow.
 void CosseratRod::begin_contacts(double h, double progress) {
     for (std::size_t k = 0; k < contact_count_; ++k) {
         ContactRow& r = rows_[k];
-        const Vec3 p = contact_point(r);
         const double before = progress - 1.0 / substeps_;
-        const double gap = r.gap + dot(r.normal, p - r.centre - before * r.motion) + r.c_n * r.f_n;
-        r.bound = std::min(0.0, gap + recovery_speed_ * h);
-        r.start = p;
-        r.f_n = r.f_1 = r.f_2 = 0.0;
+        const double gap = r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.c_n * r.f_n;
+        r.bound = std::min(0.0, gap);
+        if (gap < 0.0 && r.inverse_mass > 0.0) {
+            const double back = std::min(recovery_speed_ * h, -gap), s = back / r.inverse_mass;
+            const auto move = [&](int i, double weight) {
+                const double d = s * weight * w_[i];
+                x_[i] += d * r.normal.x, y_[i] += d * r.normal.y, z_[i] += d * r.normal.z;
+            };
+            move(r.a, r.wa), move(r.b, r.wb);
+            if (r.other_a >= 0) move(r.other_a, -r.other_wa), move(r.other_b, -r.other_wb);
+            r.bound += back;
+        }
+        r.start = contact_point(r);
+        r.f_n = r.f_1 = r.f_2 = r.f_film = 0.0;
         r.slips = false;
     }
 }
@@ -128,6 +143,15 @@ void CosseratRod::solve_contacts(double h, double progress) {
         spin_[r.a] += turn * r.lever / polar_[r.a];
         if (r.other_a >= 0) spin_[r.other_a] += turn * r.other_lever / polar_[r.other_a];
         r.f_1 = f_1, r.f_2 = f_2;
+
+        // Film: F = f_n film (e2 . v), implicit in v.
+        const auto across = [&](int i) { return r.e2.x * vx_[i] + r.e2.y * vy_[i] + r.e2.z * vz_[i]; };
+        double rate = r.wa * across(r.a) + r.wb * across(r.b);
+        if (r.other_a >= 0) rate -= r.other_wa * across(r.other_a) + r.other_wb * across(r.other_b);
+        rate -= dot(r.e2, r.motion) / now_.dt;
+        const double c = film * r.f_n, f_film = -c * rate / (1.0 + h * c * r.inverse_mass);
+        push(f_film * r.e2);
+        r.f_film += f_film;
     }
 }
 
@@ -141,7 +165,7 @@ void CosseratRod::end_contacts(double h) {
             r.stick_1 = r.stick_2 = 0.0;
             continue;
         }
-        const Vec3 f = r.f_n * r.normal + r.f_1 * r.e1 + r.f_2 * r.e2;
+        const Vec3 f = r.f_n * r.normal + r.f_1 * r.e1 + (r.f_2 + r.f_film) * r.e2;
         r.impulse += h * f;
         if (now_.base.mode == EndMode::clamped && r.a == 0) base_force_ += -r.wa * f;
         if (now_.tip.mode == EndMode::clamped && r.b == n_ - 1) tip_force_ += -r.wb * f;

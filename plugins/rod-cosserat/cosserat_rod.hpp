@@ -31,7 +31,7 @@ struct RodDescription {
     std::vector<double> length;   ///< N-1, m, between neighbouring nodes
     SegmentProperties properties; ///< all of them; read at construction only
     int max_contacts = 256;
-    double recovery_speed = 0.05; ///< m/s; the fastest a penetration is pushed out
+    double recovery_speed = 0.2; ///< m/s; the fastest a penetration is pushed out
     int iterations = 1;           ///< global lengths, then local contacts, this often in each substep
 };
 
@@ -193,7 +193,7 @@ class CosseratRod {
     Vec3 contact_point(const ContactRow& row) const;
 
     int n_ = 0, iterations_ = 1;
-    double recovery_speed_ = 0.05;
+    double recovery_speed_ = 0.2;
     int substeps_ = 1;
 
     // Nodes: N values.

@@ -13,6 +13,8 @@ namespace {
 // Newton's residual after one solve is the square of the violation before it; above this one more is made.
 constexpr double second_solve_above = 1e-7;
 constexpr int most_solves = 4;
+// An endoscope bent to 25 mm at its mouth pushes itself out with about as much.
+constexpr double sleeve_limit = 30.0; // N
 
 double clamped_force(const Coupling& c, double target, double at, double rate, double cap) {
     return std::clamp(c.stiffness * (target - at) + c.damping * (c.velocity - rate), -cap, cap);
@@ -170,19 +172,15 @@ void CosseratRod::elastic_forces(double h, bool advance) {
     if (on_axis_ == 0) return;
 
     // What lies in the sleeve is held there: it has no weight. A bent rod pushes itself out of a sleeve with
-    // EI (u^2 - u_0^2) / 2 (Bigoni et al. 2015), the change of bending energy as the clamp moves along.
-    for (int i = 0; i < on_axis_; ++i)
-        push(i, -mass_[i] * now_.gravity);
-    const int i = on_axis_ - 1;
+    // EI (u^2 - u_0^2) / 2 (Bigoni et al. 2015), the change of bending energy as the clamp moves along. While the mouth's
+    // joint is the lateral spring its moment is too rough to be squared, and the next joint's stands for it.
+    for (int i = 0; i < on_axis_; ++i) push(i, -mass_[i] * now_.gravity);
+    const int i = mouth_stiffness_ > 0.0 ? on_axis_ : on_axis_ - 1;
     if (i <= 0 || i >= last) return;
-    Vec3 bend = rotate(conj(frame(i - 1)), Vec3{gx_[i], gy_[i], gz_[i]});
-    if (mouth_stiffness_ > 0.0) {
-        const Vec3 d = now_.guide.direction, r = position(i + 1) - position(i);
-        bend += rotate(conj(frame(i - 1)), mouth_stiffness_ * length_[i] * cross(d, r));
-    }
+    const Vec3 bend = rotate(conj(frame(i - 1)), Vec3{gx_[i], gy_[i], gz_[i]});
     const double u1 = bend.x / k1_[i] + rest1_[i], u2 = bend.y / k2_[i] + rest2_[i];
-    push(i, 0.5 * (k1_[i] * (u1 * u1 - rest1_[i] * rest1_[i]) + k2_[i] * (u2 * u2 - rest2_[i] * rest2_[i])) *
-                now_.guide.direction);
+    const double out = 0.5 * (k1_[i] * (u1 * u1 - rest1_[i] * rest1_[i]) + k2_[i] * (u2 * u2 - rest2_[i] * rest2_[i]));
+    push(on_axis_ - 1, std::clamp(out, -sleeve_limit, sleeve_limit) * now_.guide.direction);
 }
 
 void CosseratRod::kick(double h, double fraction, double progress) {
