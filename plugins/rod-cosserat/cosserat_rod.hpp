@@ -166,7 +166,6 @@ class CosseratRod {
     void factor_twist(double h);
     void directions();
     void elastic_forces(double h, bool advance);
-    template<bool viscous>
     void joint_moments(double h, bool advance);
     Vec3 joint_moment(int joint, Quat a, Quat b, double h, bool advance);
     void kick(double h, double fraction, double progress);
@@ -217,7 +216,6 @@ class CosseratRod {
     Vec3 base_from_, tip_from_;
     double advance_ = 0, roll_ = 0;
     Vec3 base_force_, base_torque_, tip_force_, tip_torque_;
-    bool viscous_ = false;
 
     // The guide: nodes [0, on_axis_) lie on its axis; node on_axis_ is drawn to it by mouth_stiffness_.
     int on_axis_ = 0;

@@ -71,7 +71,6 @@ void CosseratRod::hold_to_axis() {
 // conj(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Turning q_b by a small angle a (material frame of q_a)
 // changes Im p by (p_0 a + a x v)/2, v = Im p, so the moment on q_a is p_0 m + v x m with m = K (u - u_0),
 // and its negative on q_b.
-template<bool viscous>
 void CosseratRod::joint_moments(double h, bool advance) {
     const double *qw = qw_.data(), *qx = qx_.data(), *qy = qy_.data(), *qz = qz_.data();
     const double *k1 = k1_.data(), *k2 = k2_.data(), *k3 = k3_.data(), *r1 = rest1_.data(),
@@ -91,14 +90,12 @@ void CosseratRod::joint_moments(double h, bool advance) {
         const double v2 = sign * (aw * by + ax * bz - ay * bw - az * bx);
         const double v3 = sign * (aw * bz - ax * by + ay * bx - az * bw);
         double s1 = pc[i] * v1, s2 = pc[i] * v2;
-        if constexpr (viscous) {
-            d1[i] = rate * (s1 - l1[i]) + kept * d1[i];
-            d2[i] = rate * (s2 - l2[i]) + kept * d2[i];
-            l1[i] = fresh * s1 + kept * l1[i];
-            l2[i] = fresh * s2 + kept * l2[i];
-            s1 += visc[i] * d1[i];
-            s2 += visc[i] * d2[i];
-        }
+        d1[i] = rate * (s1 - l1[i]) + kept * d1[i];
+        d2[i] = rate * (s2 - l2[i]) + kept * d2[i];
+        l1[i] = fresh * s1 + kept * l1[i];
+        l2[i] = fresh * s2 + kept * l2[i];
+        s1 += visc[i] * d1[i];
+        s2 += visc[i] * d2[i];
         const double m1 = k1[i] * (s1 - r1[i]), m2 = k2[i] * (s2 - r2[i]), m3 = k3[i] * (pt[i] * v3 - r3[i]);
         const double g1 = c0 * m1 + v2 * m3 - v3 * m2;
         const double g2 = c0 * m2 + v3 * m1 - v1 * m3;
@@ -130,10 +127,7 @@ Vec3 CosseratRod::joint_moment(int i, Quat a, Quat b, double h, bool advance) {
 // becomes a couple of forces on its two nodes, what it receives along it drives its spin. `advance`: a
 // substep has passed since the last call, so the viscous rates are renewed.
 void CosseratRod::elastic_forces(double h, bool advance) {
-    if (viscous_)
-        joint_moments<true>(h, advance);
-    else
-        joint_moments<false>(h, advance);
+    joint_moments(h, advance);
     const int last = n_ - 1;
     const auto put = [&](int i, Vec3 g) { gx_[i] = g.x, gy_[i] = g.y, gz_[i] = g.z; };
     if (now_.base.mode == EndMode::clamped)
