@@ -1,7 +1,7 @@
 // What the rod is told about a contact, and what it keeps of it.
 #pragma once
 
-#include "vector_math.hpp"
+#include "frame_math.hpp"
 
 #include <array>
 #include <cstdint>

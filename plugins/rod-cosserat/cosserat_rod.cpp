@@ -34,15 +34,15 @@ struct Property {
 };
 
 constexpr Property properties[] = {
-    {"mass_per_length", &SegmentProperties::mass_per_length, true},
-    {"radius", &SegmentProperties::radius, true},
-    {"bending_1", &SegmentProperties::bending_1, true},
-    {"bending_2", &SegmentProperties::bending_2, true},
-    {"torsion", &SegmentProperties::torsion, true},
-    {"bending_damping", &SegmentProperties::bending_damping, false},
-    {"torsion_damping", &SegmentProperties::torsion_damping, false},
-    {"drag", &SegmentProperties::drag, false},
-    {"friction", &SegmentProperties::friction, false},
+    {"segments.mass_per_length", &SegmentProperties::mass_per_length, true},
+    {"segments.radius", &SegmentProperties::radius, true},
+    {"segments.bending_x", &SegmentProperties::bending_1, true},
+    {"segments.bending_y", &SegmentProperties::bending_2, true},
+    {"segments.torsion", &SegmentProperties::torsion, true},
+    {"segments.bending_damping", &SegmentProperties::bending_damping, false},
+    {"segments.torsion_damping", &SegmentProperties::torsion_damping, false},
+    {"segments.drag", &SegmentProperties::drag, false},
+    {"segments.friction", &SegmentProperties::friction, false},
 };
 
 void require(bool holds, const char* field, const char* what) {
@@ -172,7 +172,7 @@ void CosseratRod::update_joints() {
 }
 
 void CosseratRod::reset(Vec3 base, Quat orientation) {
-    // CoRdE's discrete Darboux vector is u = (2/l) Im(conj(q_a) q_b): the frame that follows q_a at rest is
+    // CoRdE's discrete Darboux vector is u = (2/l) Im(conjugate(q_a) q_b): the frame that follows q_a at rest is
     // q_a p with Im p = u l / 2. A half cell at the base lies between the cross-section given and the first
     // segment.
     const auto turn = [&](int i) {
@@ -210,7 +210,7 @@ void CosseratRod::reset_to(std::span<const double> p, std::span<const double> fr
         const double size = given.w * given.w + given.x * given.x + given.y * given.y + given.z * given.z;
         require(std::fabs(size - 1.0) < 1e-3, "frame", "must be unit quaternions");
         const Quat unit = normalized(given);
-        const Quat q = normalized(turn_between(third_axis(unit), (1.0 / norm(e)) * e) * unit);
+        const Quat q = normalized(between(third_axis(unit), (1.0 / norm(e)) * e) * unit);
         qw_[i] = q.w, qx_[i] = q.x, qy_[i] = q.y, qz_[i] = q.z;
     }
     come_to_rest();
@@ -452,7 +452,7 @@ Quat CosseratRod::tip_frame() const {
     const int i = n_ - 1, j = n_ - 2;
     const Quat q = frame(j);
     Vec3 m{};
-    if (now_.tip.mode == EndMode::loaded) m = rotate(conj(q), now_.tip.torque);
+    if (now_.tip.mode == EndMode::loaded) m = rotate(conjugate(q), now_.tip.torque);
     const double c = 1.0 / per_cell_[i];
     const Vec3 half{c * (rest1_[i] + m.x / k1_[i]), c * (rest2_[i] + m.y / k2_[i]),
                     c * (rest3_[i] + m.z / k3_[i])};
@@ -463,12 +463,12 @@ Quat CosseratRod::base_frame() const {
     if (now_.base.mode == EndMode::clamped) return base_clamp_;
     const Quat q = frame(0);
     Vec3 m{};
-    if (now_.base.mode == EndMode::loaded) m = rotate(conj(q), -now_.base.torque);
+    if (now_.base.mode == EndMode::loaded) m = rotate(conjugate(q), -now_.base.torque);
     const double c = 1.0 / per_cell_[0];
     const Vec3 half{c * (rest1_[0] + m.x / k1_[0]), c * (rest2_[0] + m.y / k2_[0]),
                     c * (rest3_[0] + m.z / k3_[0])};
     return normalized(q *
-                      conj(Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z}));
+                      conjugate(Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z}));
 }
 
 double CosseratRod::arc_length() const {
@@ -483,7 +483,8 @@ Energies CosseratRod::energies() const {
     for (int i = 0; i < n_; ++i) {
         const Vec3 v = velocity(i);
         e.kinetic += 0.5 * mass_[i] * dot(v, v);
-        e.gravity -= mass_[i] * dot(now_.gravity, position(i));
+        // What lies in the sleeve has no weight: its height is the mouth's.
+        e.gravity -= mass_[i] * dot(now_.gravity, i < on_axis_ ? now_.guide.origin : position(i));
     }
     for (int j = 0; j < n_ - 1; ++j)
         e.kinetic += 0.5 * polar_[j] * spin_[j] * spin_[j];
@@ -497,7 +498,7 @@ Energies CosseratRod::energies() const {
             continue;
         else
             a = frame(i - 1), b = frame(i);
-        const Quat p = conj(a) * b;
+        const Quat p = conjugate(a) * b;
         const double s = p.w < 0.0 ? -1.0 : 1.0, s1 = s * per_cell_[i], s3 = s * per_twist_cell_[i];
         const double d1 = s1 * p.x - rest1_[i], d2 = s1 * p.y - rest2_[i], d3 = s3 * p.z - rest3_[i];
         e.bending += (k1_[i] * d1 * d1 + k2_[i] * d2 * d2) / per_cell_[i];

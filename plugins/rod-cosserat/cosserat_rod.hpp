@@ -2,7 +2,7 @@
 #pragma once
 
 #include "contact.hpp"
-#include "vector_math.hpp"
+#include "frame_math.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -68,7 +68,7 @@ void CosseratRod::hold_to_axis() {
 }
 
 // CoRdE (Spillmann & Teschner 2007, eq. 5 to 9): u_k = (2/l) B_k q_a . q_b, the imaginary part of p =
-// conj(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Turning q_b by a small angle a (material frame of q_a)
+// conjugate(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Turning q_b by a small angle a (material frame of q_a)
 // changes Im p by (p_0 a + a x v)/2, v = Im p, so the moment on q_a is p_0 m + v x m with m = K (u - u_0),
 // and its negative on q_b.
 void CosseratRod::joint_moments(double h, bool advance) {
@@ -110,7 +110,7 @@ void CosseratRod::joint_moments(double h, bool advance) {
 
 // The same for one joint between any two frames: the ends' half cells.
 Vec3 CosseratRod::joint_moment(int i, Quat a, Quat b, double h, bool advance) {
-    Quat p = conj(a) * b;
+    Quat p = conjugate(a) * b;
     if (p.w < 0.0) p = {-p.w, -p.x, -p.y, -p.z};
     const double u1 = per_cell_[i] * p.x, u2 = per_cell_[i] * p.y;
     if (advance) {
@@ -171,7 +171,7 @@ void CosseratRod::elastic_forces(double h, bool advance) {
     for (int i = 0; i < on_axis_; ++i) push(i, -mass_[i] * now_.gravity);
     const int i = mouth_stiffness_ > 0.0 ? on_axis_ : on_axis_ - 1;
     if (i <= 0 || i >= last) return;
-    const Vec3 bend = rotate(conj(frame(i - 1)), Vec3{gx_[i], gy_[i], gz_[i]});
+    const Vec3 bend = rotate(conjugate(frame(i - 1)), Vec3{gx_[i], gy_[i], gz_[i]});
     const double u1 = bend.x / k1_[i] + rest1_[i], u2 = bend.y / k2_[i] + rest2_[i];
     const double out = 0.5 * (k1_[i] * (u1 * u1 - rest1_[i] * rest1_[i]) + k2_[i] * (u2 * u2 - rest2_[i] * rest2_[i]));
     push(on_axis_ - 1, std::clamp(out, -sleeve_limit, sleeve_limit) * now_.guide.direction);
