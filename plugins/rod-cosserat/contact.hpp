@@ -39,9 +39,9 @@ struct ContactRow {
     double bound = 0;                                               ///< m; the gap asked for in this substep
     Vec3 start; ///< m, of the centreline point, at the substep's start
     bool slips = false;
-    double stick_1 = 0, stick_2 = 0;  ///< m; from the point where the surfaces stick
+    double stick_1 = 0, stick_2 = 0;              ///< m; from the point where the surfaces stick
     double f_n = 0, f_1 = 0, f_2 = 0, f_film = 0; ///< N, in this substep
-    Vec3 impulse;                     ///< N s, so far in this tick
+    Vec3 impulse;                                 ///< N s, so far in this tick
 };
 
 struct ContactMemory {

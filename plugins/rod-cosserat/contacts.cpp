@@ -15,9 +15,10 @@ Vec3 applied(const std::array<double, 9>& c, Vec3 v) {
             c[6] * v.x + c[7] * v.y + c[8] * v.z};
 }
 
-// Normals are of a pose one tick or more ago. A rod pressed with F into a groove of radius R swings across it as a
-// pendulum of stiffness F / R; the delay t makes this an undamped growth, F t / R of negative damping. A film between
-// the surfaces takes F t / R for t = 1.5 ms and R = 6 mm, across the rod only: 0.1 m/s sideways cost 2.5 % of F.
+// Normals are of a pose one tick or more ago. A rod pressed with F into a groove of radius R swings across it
+// as a pendulum of stiffness F / R; the delay t makes this an undamped growth, F t / R of negative damping. A
+// film between the surfaces takes F t / R for t = 1.5 ms and R = 6 mm, across the rod only: 0.1 m/s sideways
+// cost 2.5 % of F.
 constexpr double film = 0.25; // s/m
 
 } // namespace
@@ -80,13 +81,14 @@ void CosseratRod::prepare_contacts() {
     }
 }
 
-// Overlap that is there already is taken back slowly, and by positions alone: that gives nothing any speed. What the
-// substep then asks for is that the overlap does not grow.
+// Overlap that is there already is taken back slowly, and by positions alone: that gives nothing any speed.
+// What the substep then asks for is that the overlap does not grow.
 void CosseratRod::begin_contacts(double h, double progress) {
     for (std::size_t k = 0; k < contact_count_; ++k) {
         ContactRow& r = rows_[k];
         const double before = progress - 1.0 / substeps_;
-        const double gap = r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.c_n * r.f_n;
+        const double gap =
+            r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.c_n * r.f_n;
         r.bound = std::min(0.0, gap);
         if (gap < 0.0 && r.inverse_mass > 0.0) {
             const double back = std::min(recovery_speed_ * h, -gap), s = back / r.inverse_mass;

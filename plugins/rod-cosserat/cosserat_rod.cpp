@@ -15,8 +15,8 @@ namespace {
 constexpr double stability_share = 0.8;
 // The longest substep, s: bounds the leapfrog's energy error where the stability limit would allow more.
 constexpr double longest_substep = 1e-4;
-// s, added to every bending damping: the lowest mode of a metre of endoscope loses a part in 10^5 of its energy in a
-// period by it, the grid's own modes, where leapfrog energy is roughest, some per cent.
+// s, added to every bending damping: the lowest mode of a metre of endoscope loses a part in 10^5 of its
+// energy in a period by it, the grid's own modes, where leapfrog energy is roughest, some per cent.
 constexpr double numerical_viscosity = 1e-6;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do within a substep.
 constexpr double speed_limit = 20.0; // m/s
@@ -162,7 +162,8 @@ void CosseratRod::update_joints() {
         k1_[i] = series(la, bending_1_[a], lb, bending_1_[b]);
         k2_[i] = series(la, bending_2_[a], lb, bending_2_[b]);
         k3_[i] = series(la, torsion_[a], lb, torsion_[b]);
-        viscosity_[i] = numerical_viscosity + (la * bending_damping_[a] + lb * bending_damping_[b]) / (la + lb);
+        viscosity_[i] =
+            numerical_viscosity + (la * bending_damping_[a] + lb * bending_damping_[b]) / (la + lb);
         twist_viscosity_[i] = (la * torsion_damping_[a] + lb * torsion_damping_[b]) / (la + lb);
         per_cell_[i] = per_twist_cell_[i] = 2.0 / (la + lb);
         rest1_[i] = (la * rest_darboux_[3 * a] + lb * rest_darboux_[3 * b]) / (la + lb);
@@ -172,9 +173,9 @@ void CosseratRod::update_joints() {
 }
 
 void CosseratRod::reset(Vec3 base, Quat orientation) {
-    // CoRdE's discrete Darboux vector is u = (2/l) Im(conjugate(q_a) q_b): the frame that follows q_a at rest is
-    // q_a p with Im p = u l / 2. A half cell at the base lies between the cross-section given and the first
-    // segment.
+    // CoRdE's discrete Darboux vector is u = (2/l) Im(conjugate(q_a) q_b): the frame that follows q_a at rest
+    // is q_a p with Im p = u l / 2. A half cell at the base lies between the cross-section given and the
+    // first segment.
     const auto turn = [&](int i) {
         Vec3 v{rest1_[i] / per_cell_[i], rest2_[i] / per_cell_[i], rest3_[i] / per_twist_cell_[i]};
         const double s = std::min(norm(v), 1.0);
@@ -388,7 +389,7 @@ void CosseratRod::limit_speed(double h) {
         top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
     if (!(top > speed_limit * speed_limit)) return;
     for (int i = 0; i < n_; ++i) {
-        const double v = norm({vx_[i], vy_[i], vz_[i]});
+        const double v = norm(Vec3{vx_[i], vy_[i], vz_[i]});
         if (v <= speed_limit) continue;
         const double keep = speed_limit / v, back = (keep - 1.0) * h;
         x_[i] += back * vx_[i], y_[i] += back * vy_[i], z_[i] += back * vz_[i];
@@ -467,8 +468,8 @@ Quat CosseratRod::base_frame() const {
     const double c = 1.0 / per_cell_[0];
     const Vec3 half{c * (rest1_[0] + m.x / k1_[0]), c * (rest2_[0] + m.y / k2_[0]),
                     c * (rest3_[0] + m.z / k3_[0])};
-    return normalized(q *
-                      conjugate(Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z}));
+    return normalized(
+        q * conjugate(Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z}));
 }
 
 double CosseratRod::arc_length() const {

@@ -32,7 +32,7 @@ struct RodDescription {
     SegmentProperties properties; ///< all of them; read at construction only
     int max_contacts = 256;
     double recovery_speed = 0.2; ///< m/s; the fastest a penetration is pushed out
-    int iterations = 1;           ///< global lengths, then local contacts, this often in each substep
+    int iterations = 1;          ///< global lengths, then local contacts, this often in each substep
 };
 
 /// What is wrong, as the field's name and a sentence; or null.
@@ -167,7 +167,7 @@ class CosseratRod {
     void directions();
     void elastic_forces(double h, bool advance);
     void joint_moments(double h, bool advance);
-    Vec3 joint_moment(int joint, Quat a, Quat b, double h, bool advance);
+    Vec3 joint_moment(int joint, const Quat& a, const Quat& b) const;
     void kick(double h, double fraction, double progress);
     void drift(double h, double progress);
     void hold_to_axis();

@@ -68,9 +68,9 @@ void CosseratRod::hold_to_axis() {
 }
 
 // CoRdE (Spillmann & Teschner 2007, eq. 5 to 9): u_k = (2/l) B_k q_a . q_b, the imaginary part of p =
-// conjugate(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Turning q_b by a small angle a (material frame of q_a)
-// changes Im p by (p_0 a + a x v)/2, v = Im p, so the moment on q_a is p_0 m + v x m with m = K (u - u_0),
-// and its negative on q_b.
+// conjugate(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Turning q_b by a small angle a (material frame of
+// q_a) changes Im p by (p_0 a + a x v)/2, v = Im p, so the moment on q_a is p_0 m + v x m with m = K (u -
+// u_0), and its negative on q_b.
 void CosseratRod::joint_moments(double h, bool advance) {
     const double *qw = qw_.data(), *qx = qx_.data(), *qy = qy_.data(), *qz = qz_.data();
     const double *k1 = k1_.data(), *k2 = k2_.data(), *k3 = k3_.data(), *r1 = rest1_.data(),
@@ -108,17 +108,12 @@ void CosseratRod::joint_moments(double h, bool advance) {
     }
 }
 
-// The same for one joint between any two frames: the ends' half cells.
-Vec3 CosseratRod::joint_moment(int i, Quat a, Quat b, double h, bool advance) {
+// The same for one joint between any two frames: the ends' half cells. Without viscosity: an end may be held
+// at one tick and free at the next, so there is no rate to speak of.
+Vec3 CosseratRod::joint_moment(int i, const Quat& a, const Quat& b) const {
     Quat p = conjugate(a) * b;
     if (p.w < 0.0) p = {-p.w, -p.x, -p.y, -p.z};
-    const double u1 = per_cell_[i] * p.x, u2 = per_cell_[i] * p.y;
-    if (advance) {
-        rate1_[i] = (u1 - last_u1_[i]) / h, rate2_[i] = (u2 - last_u2_[i]) / h;
-        last_u1_[i] = u1, last_u2_[i] = u2;
-    }
-    const Vec3 m{k1_[i] * (u1 + viscosity_[i] * rate1_[i] - rest1_[i]),
-                 k2_[i] * (u2 + viscosity_[i] * rate2_[i] - rest2_[i]),
+    const Vec3 m{k1_[i] * (per_cell_[i] * p.x - rest1_[i]), k2_[i] * (per_cell_[i] * p.y - rest2_[i]),
                  k3_[i] * (per_twist_cell_[i] * p.z - rest3_[i])};
     return rotate(a, p.w * m + cross({p.x, p.y, p.z}, m));
 }
@@ -131,11 +126,11 @@ void CosseratRod::elastic_forces(double h, bool advance) {
     const int last = n_ - 1;
     const auto put = [&](int i, Vec3 g) { gx_[i] = g.x, gy_[i] = g.y, gz_[i] = g.z; };
     if (now_.base.mode == EndMode::clamped)
-        put(0, joint_moment(0, base_clamp_, frame(0), h, advance));
+        put(0, joint_moment(0, base_clamp_, frame(0)));
     else
         put(0, now_.base.mode == EndMode::loaded ? -now_.base.torque : Vec3{});
     if (now_.tip.mode == EndMode::clamped)
-        put(last, joint_moment(last, frame(last - 1), tip_clamp_, h, advance));
+        put(last, joint_moment(last, frame(last - 1), tip_clamp_));
     else
         put(last, now_.tip.mode == EndMode::loaded ? now_.tip.torque : Vec3{});
 
@@ -166,14 +161,17 @@ void CosseratRod::elastic_forces(double h, bool advance) {
     if (on_axis_ == 0) return;
 
     // What lies in the sleeve is held there: it has no weight. A bent rod pushes itself out of a sleeve with
-    // EI (u^2 - u_0^2) / 2 (Bigoni et al. 2015), the change of bending energy as the clamp moves along. While the mouth's
-    // joint is the lateral spring its moment is too rough to be squared, and the next joint's stands for it.
-    for (int i = 0; i < on_axis_; ++i) push(i, -mass_[i] * now_.gravity);
+    // EI (u^2 - u_0^2) / 2 (Bigoni et al. 2015), the change of bending energy as the clamp moves along. While
+    // the mouth's joint is the lateral spring its moment is too rough to be squared, and the next joint's
+    // stands for it.
+    for (int i = 0; i < on_axis_; ++i)
+        push(i, -mass_[i] * now_.gravity);
     const int i = mouth_stiffness_ > 0.0 ? on_axis_ : on_axis_ - 1;
     if (i <= 0 || i >= last) return;
     const Vec3 bend = rotate(conjugate(frame(i - 1)), Vec3{gx_[i], gy_[i], gz_[i]});
     const double u1 = bend.x / k1_[i] + rest1_[i], u2 = bend.y / k2_[i] + rest2_[i];
-    const double out = 0.5 * (k1_[i] * (u1 * u1 - rest1_[i] * rest1_[i]) + k2_[i] * (u2 * u2 - rest2_[i] * rest2_[i]));
+    const double out =
+        0.5 * (k1_[i] * (u1 * u1 - rest1_[i] * rest1_[i]) + k2_[i] * (u2 * u2 - rest2_[i] * rest2_[i]));
     push(on_axis_ - 1, std::clamp(out, -sleeve_limit, sleeve_limit) * now_.guide.direction);
 }
 

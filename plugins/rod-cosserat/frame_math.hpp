@@ -7,7 +7,8 @@ namespace calot::rod_cosserat {
 
 /// A frame's third axis, a segment's direction, in the world.
 inline Vec3 third_axis(const Quat& q) {
-    return {2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)};
+    return {2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
+            1.0 - 2.0 * (q.x * q.x + q.y * q.y)};
 }
 
 /// Normalised linear interpolation, the short way round.

@@ -18,16 +18,20 @@ constexpr Parameter parameter_table[] = {
 
 constexpr std::size_t property_count = 9;
 constexpr calot_reals calot_rod_segments::*contract_properties[property_count] = {
-    &calot_rod_segments::mass_per_length, &calot_rod_segments::radius,          &calot_rod_segments::bending_x,
-    &calot_rod_segments::bending_y,       &calot_rod_segments::torsion,         &calot_rod_segments::bending_damping,
-    &calot_rod_segments::torsion_damping, &calot_rod_segments::drag,            &calot_rod_segments::friction};
+    &calot_rod_segments::mass_per_length, &calot_rod_segments::radius,  &calot_rod_segments::bending_x,
+    &calot_rod_segments::bending_y,       &calot_rod_segments::torsion, &calot_rod_segments::bending_damping,
+    &calot_rod_segments::torsion_damping, &calot_rod_segments::drag,    &calot_rod_segments::friction};
 
 EndMode end_mode(std::uint32_t mode) {
     switch (mode) {
-    case CALOT_END_CLAMPED: return EndMode::clamped;
-    case CALOT_END_COUPLED: return EndMode::coupled;
-    case CALOT_END_LOADED: return EndMode::loaded;
-    default: return EndMode::free;
+    case CALOT_END_CLAMPED:
+        return EndMode::clamped;
+    case CALOT_END_COUPLED:
+        return EndMode::coupled;
+    case CALOT_END_LOADED:
+        return EndMode::loaded;
+    default:
+        return EndMode::free;
     }
 }
 
@@ -53,7 +57,8 @@ Contact contact(const calot_contact& c, double dt) {
     out.normal = normalized(vec3(c.normal)), out.gap = c.gap, out.centre = vec3(c.axis_point);
     out.friction = c.friction, out.motion = vec3(c.free_position) - vec3(c.point), out.id = c.id;
     // The contract's compliance is per impulse; a force held over the tick is an impulse of dt times it.
-    for (std::size_t i = 0; i < 9; ++i) out.compliance[i] = c.compliance[i] * dt;
+    for (std::size_t i = 0; i < 9; ++i)
+        out.compliance[i] = c.compliance[i] * dt;
     if ((c.flags & CALOT_CONTACT_SELF) != 0) {
         out.other_segment = static_cast<std::int32_t>(c.other_segment), out.other_along = c.other_t;
         out.motion = {};
@@ -61,7 +66,8 @@ Contact contact(const calot_contact& c, double dt) {
     return out;
 }
 
-// Twist-free along the nodes; the first frame's second axis as near to the world's -y as its direction allows.
+// Twist-free along the nodes; the first frame's second axis as near to the world's -y as its direction
+// allows.
 std::vector<double> frames_along(std::span<const double> position) {
     std::vector<double> frames;
     Quat q;
@@ -90,7 +96,8 @@ class CosseratRodPlugin final : public Rod, public Costed {
 
     void configure(const calot_rod_setup& setup) override {
         Setup next;
-        const auto p = span(setup.position), f = span(setup.frame), l = span(setup.length), u = span(setup.rest_darboux);
+        const auto p = span(setup.position), f = span(setup.frame), l = span(setup.length),
+                   u = span(setup.rest_darboux);
         next.position.assign(p.begin(), p.end());
         next.frame = f.empty() ? frames_along(p) : std::vector<double>(f.begin(), f.end());
         next.description.nodes = static_cast<int>(setup.node_count);
@@ -134,7 +141,8 @@ class CosseratRodPlugin final : public Rod, public Costed {
 
     Result set_segments(const calot_rod_segments& segments) override {
         std::array<std::span<const double>, property_count> given;
-        for (std::size_t k = 0; k < property_count; ++k) given[k] = span(segments.*contract_properties[k]);
+        for (std::size_t k = 0; k < property_count; ++k)
+            given[k] = span(segments.*contract_properties[k]);
         if (const auto wrong = rod_->set_properties(view_of(given)))
             return Result::discard(CALOT_CODE_OUT_OF_RANGE, wrong->field, wrong->message);
         for (std::size_t k = 0; k < property_count; ++k)
@@ -147,7 +155,8 @@ class CosseratRodPlugin final : public Rod, public Costed {
         input_.base = end(in.base), input_.tip = end(in.tip);
         input_.rest_darboux = span(in.rest_darboux);
         const auto list = items<calot_contact>(in.contacts);
-        for (std::size_t i = 0; i < list.size(); ++i) contacts_[i] = contact(list[i], dt_);
+        for (std::size_t i = 0; i < list.size(); ++i)
+            contacts_[i] = contact(list[i], dt_);
         input_.contacts = {contacts_.data(), list.size()};
         if (input_.base.mode == EndMode::coupled && !input_.guide.present)
             return Result::discard(CALOT_CODE_INVALID_ARGUMENT, "input.base.mode",
@@ -159,16 +168,20 @@ class CosseratRodPlugin final : public Rod, public Costed {
             return Result::discard(CALOT_CODE_OUT_OF_RANGE, "input", "holds a value beyond 1e9 in SI units");
         if (result == StepResult::recovered && !warned_) {
             warned_ = true;
-            host().log().realtime(CALOT_LOG_WARNING, "rod-cosserat: a step overflowed; the rod was stopped where it was");
+            host().log().realtime(CALOT_LOG_WARNING,
+                                  "rod-cosserat: a step overflowed; the rod was stopped where it was");
         }
         return read(out);
     }
 
     Result read(calot_rod_output& out) override {
         const CosseratRod& rod = *rod_;
-        for (std::size_t i = 0; i < out.position.size / 3; ++i) store(rod.position(static_cast<int>(i)), &out.position.data[3 * i]);
-        for (std::size_t i = 0; i < out.velocity.size / 3; ++i) store(rod.velocity(static_cast<int>(i)), &out.velocity.data[3 * i]);
-        for (std::size_t j = 0; j < out.frame.size / 4; ++j) store(rod.frame(static_cast<int>(j)), &out.frame.data[4 * j]);
+        for (std::size_t i = 0; i < out.position.size / 3; ++i)
+            store(rod.position(static_cast<int>(i)), &out.position.data[3 * i]);
+        for (std::size_t i = 0; i < out.velocity.size / 3; ++i)
+            store(rod.velocity(static_cast<int>(i)), &out.velocity.data[3 * i]);
+        for (std::size_t j = 0; j < out.frame.size / 4; ++j)
+            store(rod.frame(static_cast<int>(j)), &out.frame.data[4 * j]);
         for (std::size_t j = 0; j < out.angular_velocity.size / 3; ++j)
             store(rod.angular_velocity(static_cast<int>(j)), &out.angular_velocity.data[3 * j]);
         const auto impulses = rod.contact_impulses();
@@ -192,13 +205,15 @@ class CosseratRodPlugin final : public Rod, public Costed {
         std::vector<double> state(rod_->state_size());
         rod_->save(state);
         to.values(state);
-        for (const auto& p : properties_) to.values(p);
+        for (const auto& p : properties_)
+            to.values(p);
     }
     void load(StateReader& from) override {
         std::vector<double> state(rod_->state_size());
         from.values(state);
         auto properties = properties_;
-        for (auto& p : properties) from.values(p);
+        for (auto& p : properties)
+            from.values(p);
         if (rod_->set_properties(view_of(properties))) StateReader::corrupt("holds an impossible property");
         if (!rod_->load(state)) StateReader::corrupt("holds an impossible value");
         properties_ = std::move(properties);
@@ -209,14 +224,17 @@ class CosseratRodPlugin final : public Rod, public Costed {
         if (rod_) rod_->measure_times(is_on);
     }
     std::uint32_t cost_part_count() const override { return 2; }
-    std::string_view cost_name(std::uint32_t index) const override { return index == 0 ? "constraints" : "contacts"; }
+    std::string_view cost_name(std::uint32_t index) const override {
+        return index == 0 ? "constraints" : "contacts";
+    }
     double cost_seconds(std::uint32_t index) const override {
         if (!rod_) return 0.0;
         return index == 0 ? rod_->times().constraints : rod_->times().contacts;
     }
 
   private:
-    template <class Spans> static SegmentProperties view_of(const Spans& p) {
+    template<class Spans>
+    static SegmentProperties view_of(const Spans& p) {
         return {p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]};
     }
 
@@ -257,4 +275,5 @@ class CosseratRodPlugin final : public Rod, public Costed {
 } // namespace calot::rod_cosserat
 
 CALOT_PLUGIN(calot::export_rod<calot::rod_cosserat::CosseratRodPlugin>("org.calot.rod-cosserat",
-                                                                       "Cosserat rod (CoRdE, inextensible)", "0.1.0"))
+                                                                       "Cosserat rod (CoRdE, inextensible)",
+                                                                       "0.1.0"))
