@@ -53,7 +53,8 @@ class Reader {
             top.fail("name", "use lower-case letters, digits and hyphens");
         organ.title = top.text("title");
         organ.triangles = static_cast<std::size_t>(top.integer("triangles", 100, 400'000));
-        const double edge = top.number("edge", 0.3, 50), deviation = top.number("deviation", 0.01, 10);
+        const double edge = organ.edge = top.number("edge", 0.3, 50),
+                     deviation = top.number("deviation", 0.01, 10);
         for (const auto& each : top.tables("shape"))
             read_shape(*each.as_table());
         organ.solid = find(top, "solid");
@@ -128,7 +129,7 @@ class Reader {
                 f.fail("knots",
                        entry + " has " + std::to_string(row.size()) +
                            " numbers: write [x, y, z, radius], [x, y, z, ru, rv] or "
-                           "[x, y, z, +u, -u, +v, -v], the last two with a roll in degrees if needed");
+                           "[x, y, z, +u, -u, +v, -v], the last with a roll in degrees after them if needed");
             Knot k{.at = {row[0], row[1], row[2]}};
             const bool four = row.size() >= 7;
             k.plus_u = row[3], k.minus_u = four ? row[4] : row[3];

@@ -27,6 +27,7 @@ struct Region {
 struct Organ {
     std::string name, title;
     std::size_t triangles; ///< budget
+    double edge;           ///< mm; the grid that looks for the surface is this fine
     ShapePtr solid;
     std::vector<Region> regions;
     std::map<std::string, ShapePtr> shapes; ///< all of them, by id

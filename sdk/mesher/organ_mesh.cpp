@@ -17,14 +17,12 @@ Vec crossing(const Shape& solid, Vec inside, Vec outside) {
     return 0.5 * (inside + outside);
 }
 
-/// Points of the surface no closer to each other than about `spacing`: they give the refinement every
-/// component and every wall from the start.
-std::vector<Vec> seed_points(const Shape& solid, const Box& box, double spacing) {
+/// Where the edges of a grid of the given step cross the surface.
+std::vector<Vec> grid_crossings(const Shape& solid, const Box& box, double step) {
     const Vec size = box.high - box.low;
-    double step = spacing;
     const auto count = [&](double length) { return static_cast<std::size_t>(std::ceil(length / step)) + 1; };
-    while (count(size.x) * count(size.y) * count(size.z) >
-           60'000'000) // bounds time and memory for any description
+    constexpr std::size_t most_cells = 10'000'000; // bounds the time that any description can take
+    while (count(size.x) * count(size.y) * count(size.z) > most_cells)
         step *= 1.25;
     const std::size_t nx = count(size.x), ny = count(size.y), nz = count(size.z);
     std::vector<float> below(nx * ny), here(nx * ny);
@@ -49,35 +47,45 @@ std::vector<Vec> seed_points(const Shape& solid, const Box& box, double spacing)
             }
         std::swap(below, here);
     }
-    // Thinned in the order of the grid: a point is kept when no kept one is near.
-    std::unordered_map<std::uint64_t, std::vector<Vec>> kept;
-    const double near = 0.7 * spacing;
-    std::vector<Vec> out;
-    const auto key = [](std::int64_t i, std::int64_t j, std::int64_t k) {
-        return static_cast<std::uint64_t>((i + (1 << 20)) << 42 | (j + (1 << 20)) << 21 | (k + (1 << 20)));
-    };
-    for (const Vec& p : found) {
-        const auto i = static_cast<std::int64_t>(std::floor(p.x / near)),
-                   j = static_cast<std::int64_t>(std::floor(p.y / near)),
-                   k = static_cast<std::int64_t>(std::floor(p.z / near));
-        bool free = true;
-        for (std::int64_t a = i - 1; free && a <= i + 1; ++a)
-            for (std::int64_t b = j - 1; free && b <= j + 1; ++b)
-                for (std::int64_t c = k - 1; free && c <= k + 1; ++c)
-                    if (const auto cell = kept.find(key(a, b, c)); cell != kept.end())
-                        for (const Vec& q : cell->second)
-                            free = free && norm(p - q) >= near;
-        if (!free) continue;
-        kept[key(i, j, k)].push_back(p);
-        out.push_back(p);
-    }
-    return out;
+    return found;
 }
 
 const Region& region_at(const Organ& organ, Vec p) {
     for (const Region& r : organ.regions)
         if (!r.inside || r.inside->value(p) < 0) return r;
     return organ.regions.back();
+}
+
+/// Points of the surface, no closer to each other than 0.7 of their region's edge: they give the refinement
+/// every component and every wall from the start.
+std::vector<Vec> seed_points(const Organ& organ, const Box& box) {
+    double longest = organ.edge;
+    for (const Region& r : organ.regions)
+        longest = std::max(longest, r.edge);
+    const double cell = 0.7 * longest; // neighbours nearer than that are in the next cell at most
+    std::unordered_map<std::uint64_t, std::vector<Vec>> kept;
+    std::vector<Vec> out;
+    const auto key = [](std::int64_t i, std::int64_t j, std::int64_t k) {
+        return static_cast<std::uint64_t>((i + (1 << 20)) << 42 | (j + (1 << 20)) << 21 | (k + (1 << 20)));
+    };
+    // In the order of the grid: a point is kept when no kept one is near.
+    for (const Vec& p : grid_crossings(*organ.solid, box, organ.edge)) {
+        const double near = 0.7 * region_at(organ, p).edge;
+        const auto i = static_cast<std::int64_t>(std::floor(p.x / cell)),
+                   j = static_cast<std::int64_t>(std::floor(p.y / cell)),
+                   k = static_cast<std::int64_t>(std::floor(p.z / cell));
+        bool free = true;
+        for (std::int64_t a = i - 1; free && a <= i + 1; ++a)
+            for (std::int64_t b = j - 1; free && b <= j + 1; ++b)
+                for (std::int64_t c = k - 1; free && c <= k + 1; ++c)
+                    if (const auto near_by = kept.find(key(a, b, c)); near_by != kept.end())
+                        for (const Vec& q : near_by->second)
+                            free = free && norm(p - q) >= near;
+        if (!free) continue;
+        kept[key(i, j, k)].push_back(p);
+        out.push_back(p);
+    }
+    return out;
 }
 
 Vec gradient(const Shape& solid, Vec p, double h) {
@@ -111,15 +119,12 @@ Vec from_lps(const meshio::Vec3& p) {
 
 OrganMesh mesh_organ(const Organ& organ) {
     const Shape& solid = *organ.solid;
-    double finest = organ.regions.front().edge;
-    for (const Region& r : organ.regions)
-        finest = std::max(finest, r.edge);
     SurfaceRequest request;
     request.field = [&](Vec p) { return solid.value(p); };
     request.bounds = solid.bounds().grown(1.0);
     request.edge = [&](Vec p) { return region_at(organ, p).edge; };
     request.deviation = [&](Vec p) { return region_at(organ, p).deviation; };
-    request.seeds = seed_points(solid, request.bounds, finest);
+    request.seeds = seed_points(organ, request.bounds);
     request.most_points =
         2 * organ.triangles; // a closed surface has half as many; the excess is reported below
     if (request.seeds.size() < 4)

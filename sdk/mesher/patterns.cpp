@@ -18,14 +18,13 @@ Vec around(const SweepPlace& at, double count, double length) {
 
 double of(const pattern::Rugae& r, Vec p) {
     const SweepPlace at = r.along->place(p);
-    // Folds are the cells between zeros of noise that is stretched along the sweep; a second, longer wave
-    // makes them wander and merge.
-    Vec q = around(at, r.count, r.length);
-    const Vec slow = around(at, 0.35 * r.count, 1.3 * r.length);
-    q.x += 0.45 * gradient_noise(slow, r.seed + 11);
-    q.y += 0.45 * gradient_noise(slow, r.seed + 12);
-    const double n = gradient_noise(q, r.seed) + 0.25 * gradient_noise(2.0 * q, r.seed + 7);
-    const double w = 0.35 * r.groove;
+    // Folds lie between the zeros of a phase that turns `count` times round the sweep and wanders along it;
+    // noise stretched along the sweep makes them merge and part.
+    const Vec slow = around(at, 0.4 * r.count, r.length);
+    const double phase = std::round(0.5 * r.count) * at.phi + 2.4 * gradient_noise(slow, r.seed);
+    const double n =
+        0.55 * std::sin(phase) + 0.9 * gradient_noise(around(at, 0.8 * r.count, 0.7 * r.length), r.seed + 7);
+    const double w = 0.5 * r.groove;
     return 1 - std::exp(-(n / w) * (n / w));
 }
 
