@@ -134,6 +134,18 @@ TEST_F(Anatomy, the_endoscope_fits_along_the_path_and_through_the_ring) {
         EXPECT_FALSE(inside(wall, points[i])) << "point " << i << " lies in the wall";
 }
 
+TEST_F(Anatomy, the_path_bends_no_tighter_than_the_endoscope_can) {
+    const auto p = path();
+    for (std::size_t i = 2; i + 2 < p.size(); ++i) { // the circle through three points, 16 mm apart
+        const Vec3 a = p[i] - p[i - 2], b = p[i + 2] - p[i];
+        const double area = norm(cross(a, b));
+        if (area < 1e-9) continue;
+        const double radius = norm(a) * norm(b) * norm(p[i + 2] - p[i - 2]) / (2 * area);
+        EXPECT_GE(radius, 0.025) << "bend radius in m at point " << i
+                                 << "; facts.tsv endoscope.min_bend_radius";
+    }
+}
+
 TEST_F(Anatomy, the_ring_is_where_the_landmark_says_and_as_wide) {
     const TriangleMesh wall = read_mesh(folder / "upper-gi.glb");
     const Vec3 ring = vec(list["landmark"]["viscerotomy"]["position"]);

@@ -69,7 +69,7 @@ std::vector<std::string> facts_for(const fs::path& description, const std::strin
                                    ": no facts.tsv beside it or above: name it with --facts");
 }
 
-bool mesh_one(const fs::path& description, const fs::path& out, const std::string& facts) {
+bool mesh_one(const fs::path& description, const fs::path& out, const std::string& facts, bool draft) {
     const mesher::Organ organ = mesher::read_organ(description, facts_for(description, facts));
     mesher::OrganMesh made;
     try {
@@ -78,13 +78,13 @@ bool mesh_one(const fs::path& description, const fs::path& out, const std::strin
         throw mesher::DescriptionError(description.string() + ": " + error.what());
     }
     print(organ.name, made, organ.triangles);
-    if (!made.problem.empty()) return false;
+    if (!made.problem.empty() && !draft) return false;
     meshio::GlbOptions options;
     options.generator = mesher_version;
     options.extras = {
         {"title", organ.title}, {"description_sha256", organ.sha256}, {"mesher", mesher_version}};
     meshio::write_glb(out, made.mesh, options);
-    return true;
+    return made.problem.empty();
 }
 
 std::vector<fs::path> descriptions_in(const fs::path& folder) {
@@ -108,6 +108,7 @@ int main(int argc, char** argv) {
     std::string description, all, out, facts;
     std::vector<std::string> check;
     double scale = 1;
+    bool draft = false;
     app.add_option("description", description, "An organ's description (.toml)");
     app.add_option("--all", all, "Mesh every description in this folder (anatomy.toml, the list, is none)");
     app.add_option("-o,--output", out, "The mesh to write (.glb); with --all, the folder for ORGAN.glb");
@@ -115,6 +116,7 @@ int main(int argc, char** argv) {
         ->expected(1, -1);
     app.add_option("--scale", scale, "With --check: metres for each unit of the files")
         ->capture_default_str();
+    app.add_flag("--draft", draft, "Write a mesh that fails its checks too, to look at");
     app.add_option("--facts", facts, "The table of sources; found beside the description unless given");
     app.set_version_flag("--version", mesher_version);
     CLI11_PARSE(app, argc, argv);
@@ -133,14 +135,15 @@ int main(int argc, char** argv) {
             fs::create_directories(out.empty() ? "." : out);
             for (const auto& each : descriptions_in(all)) {
                 try {
-                    good = mesh_one(each, fs::path(out) / (each.stem().string() + ".glb"), facts) && good;
+                    good =
+                        mesh_one(each, fs::path(out) / (each.stem().string() + ".glb"), facts, draft) && good;
                 } catch (const std::runtime_error& error) {
                     std::cerr << "calot-mesher: " << error.what() << std::endl;
                     good = false;
                 }
             }
         } else if (!description.empty() && !out.empty()) {
-            good = mesh_one(description, out, facts);
+            good = mesh_one(description, out, facts, draft);
         } else {
             std::cerr << "calot-mesher: nothing to do: give DESCRIPTION.toml -o MESH.glb, --all FOLDER -o "
                          "FOLDER, or "

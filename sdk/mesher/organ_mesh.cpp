@@ -88,6 +88,7 @@ std::vector<Vec> seed_points(const Organ& organ, const Box& box) {
     return out;
 }
 
+/// Central differences over about a third of an edge: what is finer than the triangles must not show in the normals.
 Vec gradient(const Shape& solid, Vec p, double h) {
     const auto difference = [&](Vec d) { return solid.value(p + d) - solid.value(p - d); };
     return {difference({h, 0, 0}), difference({0, h, 0}), difference({0, 0, h})};
@@ -137,7 +138,7 @@ OrganMesh mesh_organ(const Organ& organ) {
         mesh.region_names.push_back(r.name);
     for (const Vec& p : surface.points) {
         mesh.vertices.push_back(to_lps(p));
-        const Vec n = normalised(gradient(solid, p, 0.3));
+        const Vec n = normalised(gradient(solid, p, 0.3 * region_at(organ, p).edge));
         mesh.normals.push_back({n.x, -n.z, n.y});
         const auto open = static_cast<std::uint8_t>(std::lround(255 * openness(solid, p, n)));
         mesh.colours.push_back({open, open, open, 255});
