@@ -1,7 +1,7 @@
 // The tick pipeline: one procedure on one scene with one endoscope, 1 ms at a time.
 //
 //   auto world = load_world(parse_scene(text, name), options);
-//   Simulation simulation({.world = world, .rod = &rod, .device = &device, .procedure = &procedure});
+//   Simulation simulation({.world = world, .rod = {...}, .device = {...}, .procedure = {...}});
 //   simulation.add_observer(recorder); // journal, metrics, video
 //   const Outcome outcome = simulation.run({.speed = Speed::realtime});
 //
@@ -9,8 +9,8 @@
 // and may call the functions marked [any thread].
 #pragma once
 
-#include "host/instances.hpp"
 #include "simulation/input_queue.hpp"
+#include "simulation/plugin.hpp"
 #include "simulation/snapshot.hpp"
 #include "simulation/world.hpp"
 
@@ -79,12 +79,10 @@ class Observer {
 struct Setup {
     std::shared_ptr<const World> world;
     std::string start = "default"; // of the scene's start poses
-    // Created and initialised by the host; the simulation configures, activates and deactivates them. They
-    // outlive it.
-    host::RodInstance* rod = nullptr;
-    host::DeviceInstance* device = nullptr;       // or
-    ControlSource* replay = nullptr;              // controls from elsewhere
-    host::ProcedureInstance* procedure = nullptr; // may be absent: nothing but the shaft
+    Plugin rod;
+    Plugin device;                   // or
+    ControlSource* replay = nullptr; // controls from elsewhere
+    Plugin procedure;                // may be absent: nothing but the shaft
     std::uint64_t seed = 0;
     unsigned threads = 2; // 1: collision runs on the simulation thread; the bits are the same
     std::uint32_t nodes = 100;
