@@ -1,6 +1,6 @@
 // The lights of the two views, in the camera's frame.
 uniform float u_exposure;
-uniform float u_light;     // of the headlight, 0..1
+uniform float u_light;      // of the headlight, 0..1
 uniform vec2 u_light_shape; // n of cos^n, offset of the two light guides along x
 
 struct Lit {
@@ -20,32 +20,46 @@ float fresnel(float cosine) {
     return 0.03 + 0.97 * x2 * x2 * x;
 }
 
-// Normalised Blinn-Phong lobe, in units of the diffuse one.
-float lobe(float cosine, float exponent) {
-    return pow(max(cosine, 0.0), exponent) * (exponent + 8.0) * 0.125;
+// Normalised Blinn-Phong lobes in units of the diffuse one, with powers that are a few multiplications.
+float broad_lobe(float cosine) { // cos^16
+    float t = max(cosine, 0.0);
+    t *= t, t *= t, t *= t, t *= t;
+    return t * 3.0;
+}
+float sharp_lobe(float cosine) { // cos^128
+    float t = max(cosine, 0.0);
+    t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t;
+    return t * 17.0;
+}
+float glint_lobe(float cosine) { // cos^256
+    float t = max(cosine, 0.0);
+    t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t;
+    return t * 33.0;
 }
 
 #ifdef ENDOSCOPE
 const float kReference = 0.03; // m, where the headlight has unit irradiance
 
 Lit illuminate(vec3 p, vec3 n, vec3 wet_n, vec3 to_eye, vec4 gloss, float open) {
-    Lit lit = Lit(vec3(0.0), vec3(0.0));
-    for (int i = 0; i < 2; ++i) {
-        vec3 guide = vec3(i == 0 ? u_light_shape.y : -u_light_shape.y, 0.0, 0.0);
-        vec3 to_light = guide - p;
-        float d2 = dot(to_light, to_light);
-        vec3 l = to_light * inversesqrt(d2);
-        float cone = pow(max(-l.z, 0.02), u_light_shape.x);
-        float power = 0.5 * u_light * cone * kReference * kReference / (d2 + 1e-6);
-        vec3 h = normalize(l + to_eye);
-        lit.diffuse += power * wrapped(dot(n, l), gloss.w);
-        float f = fresnel(dot(h, l));
-        lit.shine += power * f * (gloss.x * 2.0 * lobe(dot(n, h), 22.0) + gloss.y * 5.0 * lobe(dot(wet_n, h), 260.0));
-    }
+    Lit lit;
+    float d2 = dot(p, p) + 1e-6;
+    float d = sqrt(d2);
+    // The light guides sit so close to the lens that for shading they are one light at the lens ...
+    float axis = clamp(-to_eye.z, 0.02, 1.0);
+    float cone = mix(axis, axis * axis, u_light_shape.x - 1.0); // cos^n for n between 1 and 2
+    float power = u_light * cone * kReference * kReference / d2;
+    float facing = dot(n, to_eye);
+    lit.diffuse = power * wrapped(facing, gloss.w) * (0.55 + 0.45 * open);
+    // ... but not for glints, which come in pairs. Half vectors: towards the eye, and aside by half the offset.
+    float aside = 0.5 * u_light_shape.y / d;
+    float shorten = inversesqrt(1.0 + aside * aside);
+    float straight = dot(wet_n, to_eye);
+    float glint = glint_lobe((straight + aside * wet_n.x) * shorten) + glint_lobe((straight - aside * wet_n.x) * shorten);
+    lit.shine = vec3(power * (gloss.x * 0.05 * broad_lobe(facing) + gloss.y * 0.075 * glint));
     // What the walls of a hollow organ throw at each other: falls off more slowly, and is redder.
-    float d = length(p);
-    lit.diffuse += u_light * vec3(0.105, 0.068, 0.052) * open * kReference / (d + kReference);
-    lit.diffuse *= 0.55 + 0.45 * open;
+    float bounce = u_light * open * kReference / (d + kReference);
+    lit.diffuse += vec3(0.115, 0.066, 0.050) * bounce;
+    lit.shine += vec3(0.10, 0.075, 0.065) * bounce * gloss.x * fresnel(facing);
     return lit;
 }
 #else
@@ -53,18 +67,18 @@ Lit illuminate(vec3 p, vec3 n, vec3 wet_n, vec3 to_eye, vec4 gloss, float open) 
     const vec3 key = vec3(0.485, 0.728, -0.485);
     const vec3 fill = vec3(-0.79, 0.15, -0.594);
     const vec3 rim = vec3(-0.30, 0.55, 0.78);
-    Lit lit = Lit(vec3(0.0), vec3(0.0));
+    Lit lit;
     float sky = 0.5 + 0.5 * n.y;
-    lit.diffuse = mix(vec3(0.16, 0.125, 0.12), vec3(0.42, 0.43, 0.46), sky) * open;
-    lit.diffuse += vec3(1.25, 1.20, 1.12) * wrapped(dot(n, key), gloss.w) * (0.45 + 0.55 * open);
-    lit.diffuse += vec3(0.30, 0.33, 0.38) * wrapped(dot(n, fill), gloss.w) * (0.4 + 0.6 * open);
-    float edge = 1.0 - max(dot(n, to_eye), 0.0);
-    lit.diffuse += vec3(0.5, 0.55, 0.62) * max(dot(n, rim), 0.0) * edge * edge;
+    lit.diffuse = mix(vec3(0.13, 0.10, 0.095), vec3(0.30, 0.31, 0.33), sky) * open;
+    lit.diffuse += vec3(1.12, 1.07, 1.0) * wrapped(dot(n, key), gloss.w) * (0.45 + 0.55 * open);
+    lit.diffuse += vec3(0.22, 0.25, 0.29) * wrapped(dot(n, fill), gloss.w) * (0.4 + 0.6 * open);
+    float facing = dot(n, to_eye);
+    float edge = 1.0 - max(facing, 0.0);
+    lit.diffuse += vec3(0.45, 0.5, 0.56) * max(dot(n, rim), 0.0) * edge * edge;
     vec3 h = normalize(key + to_eye);
-    float f = fresnel(dot(h, key));
-    lit.shine = vec3(1.25, 1.2, 1.12) * f * open *
-                (gloss.x * 1.6 * lobe(dot(n, h), 18.0) + gloss.y * 1.6 * lobe(dot(wet_n, h), 130.0));
-    lit.shine += vec3(0.42, 0.44, 0.48) * fresnel(dot(n, to_eye)) * gloss.x * 0.5 * sky * open;
+    lit.shine = vec3(1.12, 1.07, 1.0) * fresnel(dot(h, key)) * open *
+                (gloss.x * 1.3 * broad_lobe(dot(n, h)) + gloss.y * 2.0 * sharp_lobe(dot(wet_n, h)));
+    lit.shine += vec3(0.36, 0.38, 0.42) * fresnel(facing) * gloss.x * 0.5 * sky * open;
     return lit;
 }
 #endif

@@ -12,7 +12,7 @@ void main() {
     float shown = u_strength;
 #ifdef ENDOSCOPE
     // A path that runs through the lens must not fill the picture.
-    shown *= smoothstep(0.008, 0.022, length(v_local));
+    shown *= smoothstep(0.013, 0.03, length(v_local));
     if (shown <= 0.0) discard;
 #endif
     float facing = abs(dot(normalize(v_normal), normalize(v_local)));

@@ -1,6 +1,6 @@
 // Splits triangles that span a large angle before the lens bends them: a straight edge is a curve there.
 layout(triangles) in;
-layout(triangle_strip, max_vertices = 48) out;
+layout(triangle_strip, max_vertices = 35) out;
 
 #include "camera.glsl"
 
@@ -9,7 +9,7 @@ in Vertex {
     vec3 normal;
     vec3 rest;
     vec4 colour;
-    float concave;
+    vec4 patches;
 } corner[];
 
 out Vertex {
@@ -17,11 +17,11 @@ out Vertex {
     vec3 normal;
     vec3 rest;
     vec4 colour;
-    float concave;
+    vec4 patches;
 } v;
 
 const float kStep = 0.16; // rad, the largest angle of an unsplit edge
-const int kMost = 6;
+const int kMost = 5;
 
 // Never more than what the clusters are sorted by (SurfaceStore::select), so that an edge shared with an unsplit
 // triangle stays whole.
@@ -54,7 +54,7 @@ void emit(float a, float b) {
     v.normal = a * corner[0].normal + b * corner[2].normal + c * corner[1].normal;
     v.rest = a * corner[0].rest + b * corner[2].rest + c * corner[1].rest;
     v.colour = a * corner[0].colour + b * corner[2].colour + c * corner[1].colour;
-    v.concave = a * corner[0].concave + b * corner[2].concave + c * corner[1].concave;
+    v.patches = a * corner[0].patches + b * corner[2].patches + c * corner[1].patches;
     gl_Position = to_clip(p);
     gl_ClipDistance[0] = clip_distance(p, p);
     EmitVertex();

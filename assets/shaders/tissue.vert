@@ -1,7 +1,8 @@
 layout(location = 0) in vec3 a_position;
-layout(location = 1) in vec4 a_normal; // w: how concave the surface is here, -1..1
+layout(location = 1) in vec4 a_normal; // w: how concave the surface is, -1..1
 layout(location = 2) in vec4 a_colour;
 layout(location = 3) in vec3 a_rest; // where the point was at rest: noise sticks to the tissue
+layout(location = 4) in vec3 a_patches; // three smooth fields of noise, 0..1
 
 #include "camera.glsl"
 
@@ -13,7 +14,7 @@ out Vertex {
     vec3 normal;
     vec3 rest;
     vec4 colour;
-    float concave;
+    vec4 patches;
 } v;
 
 void main() {
@@ -21,7 +22,7 @@ void main() {
     v.normal = u_to_local * (u_model * a_normal.xyz);
     v.rest = a_rest;
     v.colour = a_colour;
-    v.concave = a_normal.w;
+    v.patches = vec4(a_patches, a_normal.w);
     vec3 p = to_local(world);
     v.local = p;
 #ifndef SUBDIVIDE

@@ -83,7 +83,7 @@ ExampleScene make_example_scene(int triangles) {
     Surface liver = ball("liver", {0, 0, 0}, 1, m);
     for (auto& v : liver.vertices) {
         const float lobe = 1 + 0.25f * std::tanh(-3 * v[0]);
-        v = {-0.045f + 0.075f * v[0], -0.045f + 0.045f * lobe * v[1],
+        v = {-0.075f + 0.075f * v[0], -0.045f + 0.045f * lobe * v[1],
              0.075f + 0.045f * lobe * v[2] - 0.1f * v[0] * 0.2f};
     }
     liver.appearance = "liver";
@@ -91,7 +91,7 @@ ExampleScene make_example_scene(int triangles) {
     Surface gallbladder = swept_surface(
         "gallbladder",
         [](double t) {
-            return Vec3{-0.045 - 0.02 * t, -0.07 - 0.03 * t, 0.045 - 0.035 * t};
+            return Vec3{-0.065 - 0.02 * t, -0.07 - 0.03 * t, 0.045 - 0.035 * t};
         },
         [](double t, double) {
             return std::max(1e-4,

@@ -72,18 +72,17 @@ NoiseTexels make_noise_texels() {
         return (w(z) * n + w(y)) * n + w(x);
     };
     NoiseTexels out;
-    out.tint.resize(static_cast<std::size_t>(n) * n * n);
-    out.film.resize(out.tint.size());
-    std::vector<float> height(out.tint.size());
+    out.veins.resize(static_cast<std::size_t>(n) * n * n);
+    out.film.resize(out.veins.size());
+    std::vector<float> height(out.veins.size()), fine(out.veins.size());
     for (int z = 0; z < n; ++z)
         for (int y = 0; y < n; ++y)
             for (int x = 0; x < n; ++x) {
                 const float px = static_cast<float>(x) / n, py = static_cast<float>(y) / n,
                             pz = static_cast<float>(z) / n;
-                out.tint[place(x, y, z)] = {to_byte(0.5f + 1.1f * octaves(px, py, pz, 3, 3, 11)),
-                                            to_byte(0.5f + 0.9f * periodic_noise(px, py, pz, 4, 23)),
-                                            to_byte(0.5f + 0.9f * periodic_noise(px, py, pz, 5, 37)),
-                                            to_byte(0.5f + 1.2f * octaves(px, py, pz, 8, 2, 41))};
+                out.veins[place(x, y, z)] = {to_byte(0.5f + 0.9f * periodic_noise(px, py, pz, 4, 23)),
+                                             to_byte(0.5f + 0.9f * periodic_noise(px, py, pz, 7, 37)), 0, 0};
+                fine[place(x, y, z)] = 0.5f + 1.2f * octaves(px, py, pz, 5, 3, 41);
                 height[place(x, y, z)] = octaves(px, py, pz, 7, 2, 53);
             }
     for (int z = 0; z < n; ++z)
@@ -96,9 +95,21 @@ NoiseTexels make_noise_texels() {
                     1.6f; // slopes of a unit height field on this lattice stay below 0.6 a texel pair
                 out.film[place(x, y, z)] = {
                     to_byte(0.5f + 0.5f * kScale * gx), to_byte(0.5f + 0.5f * kScale * gy),
-                    to_byte(0.5f + 0.5f * kScale * gz), to_byte(0.5f + height[place(x, y, z)])};
+                    to_byte(0.5f + 0.5f * kScale * gz), to_byte(fine[place(x, y, z)])};
             }
     return out;
+}
+
+std::array<float, 3> patch_noise(const std::array<float, 3>& p, float patch, float mesh) {
+    // Cells of the periodic lattice are one unit here: 4096 of them are farther than any body reaches.
+    constexpr int kCells = 4096;
+    const auto field = [&p](float size, int count, std::uint32_t seed) {
+        const float s = 1 / (size * kCells);
+        return octaves(p[0] * s, p[1] * s, p[2] * s, kCells, count, seed);
+    };
+    return {std::clamp(0.5f + 1.1f * field(patch, 3, 61), 0.0f, 1.0f),
+            std::clamp(0.5f + 0.8f * field(mesh, 1, 71), 0.0f, 1.0f),
+            std::clamp(0.5f + 0.8f * field(mesh * 1.4f, 1, 83), 0.0f, 1.0f)};
 }
 
 Texture upload_noise(const std::vector<std::array<std::uint8_t, 4>>& texels) {
@@ -106,11 +117,10 @@ Texture upload_noise(const std::vector<std::array<std::uint8_t, 4>>& texels) {
     glBindTexture(GL_TEXTURE_3D, *texture);
     glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8, kNoiseSize, kNoiseSize, kNoiseSize, 0, GL_RGBA, GL_UNSIGNED_BYTE,
                  texels.data());
-    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_NEAREST);
+    glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
     glTexParameteri(GL_TEXTURE_3D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
     for (GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
         glTexParameteri(GL_TEXTURE_3D, axis, GL_REPEAT);
-    glGenerateMipmap(GL_TEXTURE_3D);
     return texture;
 }
 

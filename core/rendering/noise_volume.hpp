@@ -16,14 +16,18 @@ inline constexpr int kNoiseSize = 64; // texels along each edge
 float periodic_noise(float x, float y, float z, int cells, std::uint32_t seed);
 
 /// Texels of the two volumes, 4 bytes each:
-/// tint: r three octaves, g and b two independent smooth fields (vessels), a fine octaves;
-/// film: rgb the gradient of a height field as 0.5 + 0.5 g, a the height.
+/// veins: r and g two independent smooth fields, whose middle values are lines of vessels;
+/// film: rgb the gradient of a height field as 0.5 + 0.5 g (the wet film's unevenness), a fine octaves.
 struct NoiseTexels {
-    std::vector<std::array<std::uint8_t, 4>> tint, film;
+    std::vector<std::array<std::uint8_t, 4>> veins, film;
 };
 NoiseTexels make_noise_texels();
 
-/// Repeating, filtered and mip-mapped 3-d texture of such texels.
+/// Three smooth fields, 0..1, at a point at rest: patches of this size with finer octaves, and two that say where
+/// vessels show, with features of the size `mesh`. Coarse enough to be worked out once for each vertex.
+std::array<float, 3> patch_noise(const std::array<float, 3>& point, float patch, float mesh);
+
+/// Repeating, filtered 3-d texture of such texels.
 Texture upload_noise(const std::vector<std::array<std::uint8_t, 4>>& texels);
 
 } // namespace calot::rendering

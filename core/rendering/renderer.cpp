@@ -141,7 +141,7 @@ struct Renderer::State {
     ViewPrograms endoscope, external;
     Program flat;
     NoiseTexels noise = make_noise_texels();
-    Texture tint = upload_noise(noise.tint), film = upload_noise(noise.film);
+    Texture veins = upload_noise(noise.veins), film = upload_noise(noise.film);
     Target scene, picture;
     PictureShapes shapes;
     ExposureMeter meter;
@@ -254,8 +254,8 @@ void Renderer::State::set_tissue(const Program& p, const DrawItem& item, const V
         p.set3(names[1], a.mottled.data());
         p.set3(names[2], a.crease.data());
         p.set3(names[3], a.vessel.data());
-        // The noise volume holds about three patches, and two meshes of vessels, along its edge.
-        const std::array<float, 4> pattern{a.mottle, 1 / (3 * a.patch), a.vessels, 1 / (2 * a.mesh)};
+        // The noise volume holds about two meshes of vessels along its edge.
+        const std::array<float, 4> pattern{a.mottle, a.vessels, 1 / (2 * a.mesh), 0};
         const std::array<float, 4> gloss{a.sheen, a.wet, a.bump, a.soft};
         p.set4(names[4], pattern.data());
         p.set4(names[5], gloss.data());
@@ -265,7 +265,7 @@ void Renderer::State::set_tissue(const Program& p, const DrawItem& item, const V
 void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
                                   const std::vector<DrawItem>& items, bool veils, double light) {
     glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_3D, *tint);
+    glBindTexture(GL_TEXTURE_3D, *veins);
     glActiveTexture(GL_TEXTURE1);
     glBindTexture(GL_TEXTURE_3D, *film);
     const Program* current = nullptr;
@@ -275,7 +275,7 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
             p.use();
             View camera = v;
             set_camera(p, camera);
-            p.set("u_tint", 0);
+            p.set("u_veins", 0);
             p.set("u_film", 1);
             p.set("u_light", static_cast<float>(light));
             p.set("u_veil", veils ? 1.0f : 0.0f);
@@ -321,32 +321,36 @@ void Renderer::State::draw_shaft(const View& v, const Program& p, const FrameSta
 }
 
 void Renderer::State::draw_markers(const View& v, const Program& p, bool halos) {
-    if (markers.cores.empty()) return;
+    const MarkerMesh::Part& part = halos ? markers.halos : markers.cores;
+    const std::size_t first = halos ? markers.cores.far.size() + markers.cores.near.size() : 0;
+    const std::size_t count = part.far.size() + (v.endoscope ? 0 : part.near.size());
+    if (count == 0) return;
+    const auto draw = [&](float strength) {
+        p.set("u_strength", strength);
+        glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(count), GL_UNSIGNED_INT, index_offset(first));
+    };
     p.use();
     set_camera(p, v);
-    glBindVertexArray(*marker_gl.array);
-    const auto cores = static_cast<GLsizei>(markers.cores.size());
-    const auto halo = static_cast<GLsizei>(markers.halos.size());
     p.set("u_halo", halos ? 1 : 0);
+    glBindVertexArray(*marker_gl.array);
     glEnable(GL_BLEND);
     glDepthMask(GL_FALSE);
+    // A hint of each marker shows through whatever lies in front of it.
     if (halos) {
         glBlendFuncSeparate(GL_ONE, GL_ONE, GL_ZERO, GL_ONE);
-        p.set("u_strength", 0.8f);
-        glDrawElements(GL_TRIANGLES, halo, GL_UNSIGNED_INT, index_offset(markers.cores.size()));
-        glDisable(GL_DEPTH_TEST); // and a hint of it through whatever lies in front
-        p.set("u_strength", 0.14f);
-        glDrawElements(GL_TRIANGLES, halo, GL_UNSIGNED_INT, index_offset(markers.cores.size()));
-        glEnable(GL_DEPTH_TEST);
+        draw(0.8f);
+        if (!v.endoscope) {
+            glDisable(GL_DEPTH_TEST);
+            draw(0.14f);
+            glEnable(GL_DEPTH_TEST);
+        }
     } else {
         glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ZERO, GL_ONE);
         glDisable(GL_DEPTH_TEST);
-        p.set("u_strength", v.endoscope ? 0.10f : 0.22f);
-        glDrawElements(GL_TRIANGLES, cores, GL_UNSIGNED_INT, nullptr);
+        draw(v.endoscope ? 0.10f : 0.22f);
         glEnable(GL_DEPTH_TEST);
         glDepthMask(GL_TRUE);
-        p.set("u_strength", 1.0f);
-        glDrawElements(GL_TRIANGLES, cores, GL_UNSIGNED_INT, nullptr);
+        draw(1.0f);
     }
     glDepthMask(GL_TRUE);
     glDisable(GL_BLEND);
@@ -399,8 +403,10 @@ void Renderer::State::prepare(const FrameState& f) {
     attribute(1, 3, GL_FLOAT, GL_FALSE, sizeof(ShaftVertex), offsetof(ShaftVertex, normal));
     attribute(2, 4, GL_FLOAT, GL_FALSE, sizeof(ShaftVertex), offsetof(ShaftVertex, place));
     build_markers(f, markers);
-    std::vector<std::uint32_t> indices = markers.cores;
-    indices.insert(indices.end(), markers.halos.begin(), markers.halos.end());
+    std::vector<std::uint32_t> indices;
+    for (const MarkerMesh::Part* part : {&markers.cores, &markers.halos})
+        for (const auto* list : {&part->far, &part->near})
+            indices.insert(indices.end(), list->begin(), list->end());
     marker_gl.fill(markers.vertices, indices);
     attribute(0, 3, GL_FLOAT, GL_FALSE, sizeof(MarkerVertex), offsetof(MarkerVertex, position));
     attribute(1, 3, GL_FLOAT, GL_FALSE, sizeof(MarkerVertex), offsetof(MarkerVertex, normal));

@@ -1,6 +1,7 @@
 #include "rendering/surface_store.hpp"
 
 #include "rendering/linear.hpp"
+#include "rendering/noise_volume.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -68,6 +69,13 @@ SurfaceId SurfaceStore::add(const Surface& s) {
                            ? std::vector<std::array<std::uint8_t, 4>>(s.vertices.size(), {255, 255, 255, 255})
                            : s.colours,
                        GL_STATIC_DRAW);
+    const Appearance& pattern = appearances_[e.inner < appearances_.size() ? e.inner : e.outer.front()];
+    std::vector<std::array<std::uint8_t, 4>> patches(s.vertices.size());
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+        const auto noise = patch_noise(s.vertices[i], pattern.patch, pattern.mesh);
+        for (std::size_t k = 0; k < 3; ++k) patches[i][k] = static_cast<std::uint8_t>(std::lround(noise[k] * 255));
+    }
+    e.patches = upload(patches, GL_STATIC_DRAW);
     e.array = make_vertex_array();
     bind_attributes(e);
     entries_.push_back(std::move(e));

@@ -60,7 +60,7 @@ class SurfaceStore {
         std::size_t inner = 0;          // appearances_.size(): as outside
         std::vector<std::array<float, 3>> vertices;
         std::vector<float> concave;
-        Buffer rest, moved, normals, colours;
+        Buffer rest, moved, normals, colours, patches;
         VertexArray array;
     };
     void bind_attributes(Entry&);

@@ -154,22 +154,23 @@ namespace {
 
 class MarkerBuilder {
   public:
-    explicit MarkerBuilder(MarkerMesh& mesh) : mesh_(mesh) {}
+    MarkerBuilder(MarkerMesh& mesh, const Vec3& lens) : mesh_(mesh), lens_(to_eigen(lens)) {}
 
     void tube(const std::vector<CurvePoint>& curve, double radius, const Rgb& colour, float alpha,
-              std::vector<std::uint32_t>& indices, std::size_t sides) {
+              MarkerMesh::Part& part, std::size_t sides) {
         for (std::size_t i = 0; i < curve.size(); ++i) {
             for (std::size_t k = 0; k <= sides; ++k) {
                 const double angle = kTau * static_cast<double>(k) / static_cast<double>(sides);
                 const Vector3d out = std::cos(angle) * curve[i].x + std::sin(angle) * curve[i].y;
                 add(curve[i].position + radius * out, out, colour, alpha);
             }
-            if (i > 0) ring_indices(indices, mesh_.vertices.size() - 2 * (sides + 1), sides);
+            if (i > 0)
+                ring_indices(choose(part, curve[i].position), mesh_.vertices.size() - 2 * (sides + 1), sides);
         }
     }
 
-    void ball(const Vector3d& centre, double radius, const Rgb& colour, float alpha,
-              std::vector<std::uint32_t>& indices, std::size_t sides) {
+    void ball(const Vector3d& centre, double radius, const Rgb& colour, float alpha, MarkerMesh::Part& part,
+              std::size_t sides) {
         const std::size_t rows = sides / 2;
         for (std::size_t r = 0; r <= rows; ++r) {
             const double polar = std::numbers::pi * (1 - static_cast<double>(r) / static_cast<double>(rows));
@@ -179,11 +180,11 @@ class MarkerBuilder {
                                    std::cos(polar));
                 add(centre + radius * out, out, colour, alpha);
             }
-            if (r > 0) ring_indices(indices, mesh_.vertices.size() - 2 * (sides + 1), sides);
+            if (r > 0) ring_indices(choose(part, centre), mesh_.vertices.size() - 2 * (sides + 1), sides);
         }
     }
 
-    void torus(const RingMarker& ring, double tube_radius, float alpha, std::vector<std::uint32_t>& indices) {
+    void torus(const RingMarker& ring, double tube_radius, float alpha, MarkerMesh::Part& part) {
         constexpr std::size_t kAround = 64;
         const Eigen::Matrix3d axes = to_matrix(ring.rotation);
         std::vector<CurvePoint> curve(kAround + 1);
@@ -195,7 +196,7 @@ class MarkerBuilder {
             curve[i].z = -std::sin(angle) * axes.col(0) + std::cos(angle) * axes.col(1);
             curve[i].y = curve[i].z.cross(curve[i].x);
         }
-        tube(curve, tube_radius, ring.colour, alpha, indices, 14);
+        tube(curve, tube_radius, ring.colour, alpha, part, 14);
     }
 
   private:
@@ -206,16 +207,23 @@ class MarkerBuilder {
         mesh_.vertices.push_back(
             {to_floats(position), to_floats(normal), {byte(c[0]), byte(c[1]), byte(c[2]), byte(alpha)}});
     }
+    std::vector<std::uint32_t>& choose(MarkerMesh::Part& part, const Vector3d& where) const {
+        return (where - lens_).norm() < kLensClearance ? part.near : part.far;
+    }
+
     MarkerMesh& mesh_;
+    Vector3d lens_;
 };
 
 } // namespace
 
 void build_markers(const FrameState& frame, MarkerMesh& mesh) {
     mesh.vertices.clear();
-    mesh.cores.clear();
-    mesh.halos.clear();
-    MarkerBuilder build(mesh);
+    for (MarkerMesh::Part* part : {&mesh.cores, &mesh.halos}) {
+        part->far.clear();
+        part->near.clear();
+    }
+    MarkerBuilder build(mesh, frame.tip.position);
     constexpr double kHalo = 3.2; // radius of the halo over that of the core
     for (const PathMarker& path : frame.paths) {
         const std::vector<CurvePoint> curve = smooth_curve(path.points, {}, 0.004);

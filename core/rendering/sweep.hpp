@@ -40,8 +40,11 @@ struct MarkerVertex {
 
 struct MarkerMesh {
     std::vector<MarkerVertex> vertices;
-    std::vector<std::uint32_t> cores, halos;
+    struct Part {
+        std::vector<std::uint32_t> far, near; // near: within kLensClearance of the endoscope's lens, left out of its view
+    } cores, halos;
 };
+inline constexpr double kLensClearance = 0.012; // m; marker.frag fades what is a little farther
 
 /// All markers of a frame; at `time` the rings' halos breathe a little.
 void build_markers(const FrameState&, MarkerMesh& out);
