@@ -58,7 +58,7 @@ Lit illuminate(vec3 p, vec3 n, vec3 wet_n, vec3 to_eye, vec4 gloss, float open) 
     lit.shine = vec3(power * (gloss.x * 0.05 * broad_lobe(facing) + gloss.y * 0.075 * glint));
     // What the walls of a hollow organ throw at each other: falls off more slowly, and is redder.
     float bounce = u_light * open * kReference / (d + kReference);
-    lit.diffuse += vec3(0.115, 0.066, 0.050) * bounce;
+    lit.diffuse += vec3(0.100, 0.052, 0.038) * bounce;
     lit.shine += vec3(0.10, 0.075, 0.065) * bounce * gloss.x * fresnel(facing);
     return lit;
 }

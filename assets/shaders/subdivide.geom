@@ -1,6 +1,6 @@
 // Splits triangles that span a large angle before the lens bends them: a straight edge is a curve there.
 layout(triangles) in;
-layout(triangle_strip, max_vertices = 35) out;
+layout(triangle_strip, max_vertices = 24) out;
 
 #include "camera.glsl"
 
@@ -8,20 +8,24 @@ in Vertex {
     vec3 local;
     vec3 normal;
     vec3 rest;
-    vec4 colour;
-    vec4 patches;
+    vec4 outer;
+    vec4 inner;
+    vec4 gloss;
+    vec4 open;
 } corner[];
 
 out Vertex {
     vec3 local;
     vec3 normal;
     vec3 rest;
-    vec4 colour;
-    vec4 patches;
+    vec4 outer;
+    vec4 inner;
+    vec4 gloss;
+    vec4 open;
 } v;
 
 const float kStep = 0.16; // rad, the largest angle of an unsplit edge
-const int kMost = 5;
+const int kMost = 4;
 
 // Never more than what the clusters are sorted by (SurfaceStore::select), so that an edge shared with an unsplit
 // triangle stays whole.
@@ -33,28 +37,35 @@ float edge_steps(vec3 a, vec3 b) {
 // Steps of the edges 0-1, 1-2, 2-0: both triangles of an edge split it in the same way.
 vec3 g_steps;
 
+// The nearest of `steps` places along an edge, and the weight of its other end: both as quotients of whole numbers, so that
+// the neighbour, which counts from that other end, finds the same bits.
+float snap(float weight, float steps, out float other) {
+    float k = round(weight * steps);
+    other = (steps - k) / steps;
+    return k / steps;
+}
+
 void emit(float a, float b) {
     float c = 1.0 - a - b;
     const float kOn = 1e-4;
     if (a < kOn) {
-        b = round(b * g_steps.y) / g_steps.y;
+        b = snap(b, g_steps.y, c);
         a = 0.0;
-        c = 1.0 - b;
     } else if (b < kOn) {
-        a = round(a * g_steps.x) / g_steps.x;
+        a = snap(a, g_steps.x, c);
         b = 0.0;
-        c = 1.0 - a;
     } else if (c < kOn) {
-        a = round(a * g_steps.z) / g_steps.z;
+        a = snap(a, g_steps.z, b);
         c = 0.0;
-        b = 1.0 - a;
     }
     vec3 p = a * corner[0].local + b * corner[2].local + c * corner[1].local;
     v.local = p;
     v.normal = a * corner[0].normal + b * corner[2].normal + c * corner[1].normal;
     v.rest = a * corner[0].rest + b * corner[2].rest + c * corner[1].rest;
-    v.colour = a * corner[0].colour + b * corner[2].colour + c * corner[1].colour;
-    v.patches = a * corner[0].patches + b * corner[2].patches + c * corner[1].patches;
+    v.outer = a * corner[0].outer + b * corner[2].outer + c * corner[1].outer;
+    v.inner = a * corner[0].inner + b * corner[2].inner + c * corner[1].inner;
+    v.gloss = a * corner[0].gloss + b * corner[2].gloss + c * corner[1].gloss;
+    v.open = a * corner[0].open + b * corner[2].open + c * corner[1].open;
     gl_Position = to_clip(p);
     gl_ClipDistance[0] = clip_distance(p, p);
     EmitVertex();

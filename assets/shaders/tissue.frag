@@ -1,10 +1,12 @@
-// Living tissue: mottled, veined and wet.
+// Living tissue: veined, uneven and wet. Colours, worked out once for each vertex, vary smoothly (core/rendering/tissue_look.cpp).
 in Vertex {
     vec3 local;
     vec3 normal;
     vec3 rest;
-    vec4 colour;
-    vec4 patches;
+    vec4 outer;
+    vec4 inner;
+    vec4 gloss;
+    vec4 open;
 } v;
 
 #include "tone.glsl"
@@ -13,14 +15,7 @@ in Vertex {
 uniform sampler3D u_veins;
 uniform sampler3D u_film;
 uniform mat3 u_rest_to_local;
-// [0] the outer side, [1] the inner one
-uniform vec3 u_albedo[2];
-uniform vec3 u_mottled[2];
-uniform vec3 u_crease[2];
-uniform vec3 u_vessel[2];
-uniform vec4 u_pattern[2]; // mottle, vessels, 1 / period of the vessels' mesh
-uniform vec4 u_gloss[2];   // sheen, wet, bump, soft
-uniform float u_veil;      // 0 solid, 1 translucent
+uniform float u_veil; // 0 solid, 1 translucent
 
 layout(location = 0) out vec4 o_colour;
 
@@ -28,43 +23,38 @@ layout(location = 0) out vec4 o_colour;
 float line(float field, float width) { return clamp((width - abs(field - 0.5)) * 40.0, 0.0, 1.0); }
 
 void main() {
-    bool outside = gl_FrontFacing;
-    float side = outside ? 1.0 : -1.0;
+    float side = gl_FrontFacing ? 1.0 : -1.0;
     vec3 n = normalize(v.normal) * side;
-    float concave = v.patches.w * side;
-    vec4 pattern = outside ? u_pattern[0] : u_pattern[1];
-    vec4 gloss = outside ? u_gloss[0] : u_gloss[1];
+    vec4 colour = gl_FrontFacing ? v.outer : v.inner;
+    float open = gl_FrontFacing ? v.open.x : v.open.y;
     vec4 film = texture(u_film, v.rest * 105.0);
 
-    float mottle = clamp((v.patches.x + 0.35 * film.a - 0.37) * 1.8, 0.0, 1.0);
-    vec3 albedo = mix(outside ? u_albedo[0] : u_albedo[1], outside ? u_mottled[0] : u_mottled[1], mottle * pattern.x);
-    albedo *= 0.90 + 0.20 * film.a;
-    if (pattern.y > 0.05) {
+    vec3 albedo = colour.rgb;
+    albedo *= 1.0 + (film.a - 0.5) * vec3(0.16, 0.34, 0.38); // fine redder and paler grains
+    if (colour.a > 0.02) {
         // Larger trunks, and finer branches in between; both come and go over the surface.
-        vec4 veins = texture(u_veins, v.rest * pattern.z + film.arg * 0.018);
-        float trunk = line(veins.r, 0.05 + 0.03 * v.patches.z) * clamp(v.patches.z * 5.0 - 2.0, 0.0, 1.0);
-        float branch = line(veins.g, 0.036) * clamp(v.patches.y * 5.0 - 1.9, 0.0, 1.0) * 0.6;
-        albedo = mix(albedo, outside ? u_vessel[0] : u_vessel[1], clamp(trunk + branch, 0.0, 1.0) * pattern.y * 0.75);
+        vec4 veins = texture(u_veins, v.rest * 22.0 + film.arg * 0.018);
+        float trunk = line(veins.r, 0.03 + 0.03 * v.open.z) * clamp(v.open.z * 5.0 - 1.9, 0.0, 1.0);
+        float branch = line(veins.g, 0.030) * clamp(v.open.w * 5.0 - 1.9, 0.0, 1.0) * 0.6;
+        albedo *= 1.0 - clamp(trunk + branch, 0.0, 1.0) * colour.a * vec3(0.42, 0.80, 0.78);
     }
-    float fold = clamp(concave * 1.2 - 0.08, 0.0, 1.0);
-    albedo = mix(albedo, outside ? u_crease[0] : u_crease[1], fold * 0.6);
-    albedo *= 1.0 + 0.14 * clamp(-concave, 0.0, 1.0);
-    albedo *= v.colour.rgb;
-    float open = v.colour.a * (1.0 - 0.4 * fold);
 
+    float distance2 = dot(v.local, v.local);
+    vec3 to_eye = -v.local * inversesqrt(distance2);
+    // The film's unevenness, as long as it is larger than a pixel.
     vec3 slope = u_rest_to_local * (film.rgb - 0.5);
     slope -= n * dot(n, slope);
-    vec3 wet_n = normalize(n + slope * (3.0 * gloss.z));
+    vec3 wet_n = normalize(n + slope * (3.0 * v.gloss.z / (1.0 + distance2 * 900.0)));
 
-    vec3 to_eye = -normalize(v.local);
-    Lit lit = illuminate(v.local, n, wet_n, to_eye, gloss, open);
+    Lit lit = illuminate(v.local, n, wet_n, to_eye, v.gloss, open);
     vec3 light = albedo * lit.diffuse + lit.shine;
 
     float alpha = 1.0;
 #ifndef ENDOSCOPE
     float edge = 1.0 - abs(dot(n, to_eye));
-    float veil = clamp(0.13 + 0.75 * edge * edge * edge + 0.5 * max(lit.shine.g - 0.25, 0.0), 0.0, 0.92);
+    float veil = clamp(0.24 + 0.7 * edge * edge * edge + 0.5 * max(lit.shine.g - 0.25, 0.0), 0.0, 0.92);
     alpha = mix(1.0, veil, u_veil);
+    light += u_veil * albedo * 0.7; // a thin wall with light behind it
 #endif
     o_colour = vec4(tone(light * u_exposure), alpha);
 }

@@ -1,8 +1,10 @@
 layout(location = 0) in vec3 a_position;
-layout(location = 1) in vec4 a_normal; // w: how concave the surface is, -1..1
-layout(location = 2) in vec4 a_colour;
-layout(location = 3) in vec3 a_rest; // where the point was at rest: noise sticks to the tissue
-layout(location = 4) in vec3 a_patches; // three smooth fields of noise, 0..1
+layout(location = 1) in vec3 a_normal;
+layout(location = 2) in vec4 a_outer; // colour of the outer side, as its root; a: how much its vessels show
+layout(location = 3) in vec4 a_inner; // likewise of the inner side
+layout(location = 4) in vec4 a_gloss; // sheen, wet, bump, soft
+layout(location = 5) in vec4 a_open;  // ambient openness of outer and inner side; where trunks and branches of vessels are
+layout(location = 6) in vec3 a_rest;  // where the point was at rest: noise sticks to the tissue
 
 #include "camera.glsl"
 
@@ -13,16 +15,20 @@ out Vertex {
     vec3 local; // in the camera's frame, like the normal
     vec3 normal;
     vec3 rest;
-    vec4 colour;
-    vec4 patches;
+    vec4 outer;
+    vec4 inner;
+    vec4 gloss;
+    vec4 open;
 } v;
 
 void main() {
     vec3 world = u_model * a_position + u_origin;
-    v.normal = u_to_local * (u_model * a_normal.xyz);
+    v.normal = u_to_local * (u_model * a_normal);
     v.rest = a_rest;
-    v.colour = a_colour;
-    v.patches = vec4(a_patches, a_normal.w);
+    v.outer = vec4(a_outer.rgb * a_outer.rgb, a_outer.a);
+    v.inner = vec4(a_inner.rgb * a_inner.rgb, a_inner.a);
+    v.gloss = a_gloss;
+    v.open = a_open;
     vec3 p = to_local(world);
     v.local = p;
 #ifndef SUBDIVIDE

@@ -78,11 +78,9 @@ std::vector<Appearance> read_appearances(const std::filesystem::path& file) {
         a.albedo = read.colour("albedo");
         a.mottled = read.colour("mottled");
         a.crease = read.colour("crease");
-        a.vessel = read.colour("vessel");
         a.mottle = read.number("mottle", 0, 1);
         a.patch = read.number("patch", 1e-4, 1);
         a.vessels = read.number("vessels", 0, 1);
-        a.mesh = read.number("mesh", 1e-4, 1);
         a.sheen = read.number("sheen", 0, 1);
         a.wet = read.number("wet", 0, 1);
         a.bump = read.number("bump", 0, 1);

@@ -11,8 +11,8 @@ namespace calot::rendering {
 /// One tissue; the fields are explained at the top of appearance.toml. Colours are linear light.
 struct Appearance {
     std::string name;
-    std::array<float, 3> albedo{}, mottled{}, crease{}, vessel{};
-    float mottle = 0, patch = 0, vessels = 0, mesh = 0, sheen = 0, wet = 0, bump = 0, soft = 0;
+    std::array<float, 3> albedo{}, mottled{}, crease{};
+    float mottle = 0, patch = 0, vessels = 0, sheen = 0, wet = 0, bump = 0, soft = 0;
 };
 
 /// Throws std::runtime_error with file, entry, field and remedy if the table is not as it should be.

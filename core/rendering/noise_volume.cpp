@@ -100,16 +100,10 @@ NoiseTexels make_noise_texels() {
     return out;
 }
 
-std::array<float, 3> patch_noise(const std::array<float, 3>& p, float patch, float mesh) {
-    // Cells of the periodic lattice are one unit here: 4096 of them are farther than any body reaches.
-    constexpr int kCells = 4096;
-    const auto field = [&p](float size, int count, std::uint32_t seed) {
-        const float s = 1 / (size * kCells);
-        return octaves(p[0] * s, p[1] * s, p[2] * s, kCells, count, seed);
-    };
-    return {std::clamp(0.5f + 1.1f * field(patch, 3, 61), 0.0f, 1.0f),
-            std::clamp(0.5f + 0.8f * field(mesh, 1, 71), 0.0f, 1.0f),
-            std::clamp(0.5f + 0.8f * field(mesh * 1.4f, 1, 83), 0.0f, 1.0f)};
+float smooth_noise(const std::array<float, 3>& p, float size, int count, std::uint32_t seed) {
+    constexpr int kCells = 4096; // of the periodic lattice: farther than any body reaches
+    const float s = 1 / (size * kCells);
+    return std::clamp(0.5f + octaves(p[0] * s, p[1] * s, p[2] * s, kCells, count, seed), 0.0f, 1.0f);
 }
 
 Texture upload_noise(const std::vector<std::array<std::uint8_t, 4>>& texels) {

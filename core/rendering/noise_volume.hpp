@@ -23,9 +23,8 @@ struct NoiseTexels {
 };
 NoiseTexels make_noise_texels();
 
-/// Three smooth fields, 0..1, at a point at rest: patches of this size with finer octaves, and two that say where
-/// vessels show, with features of the size `mesh`. Coarse enough to be worked out once for each vertex.
-std::array<float, 3> patch_noise(const std::array<float, 3>& point, float patch, float mesh);
+/// Smooth noise, 0..1, at a point (m) with features of this size (m) and `count` octaves.
+float smooth_noise(const std::array<float, 3>& point, float size, int count, std::uint32_t seed);
 
 /// Repeating, filtered 3-d texture of such texels.
 Texture upload_noise(const std::vector<std::array<std::uint8_t, 4>>& texels);

@@ -243,23 +243,6 @@ void Renderer::State::set_tissue(const Program& p, const DrawItem& item, const V
     p.set_matrix3("u_model", item.rotation.data());
     p.set3("u_origin", item.origin.data());
     p.set_matrix3("u_rest_to_local", rest_to_local.data());
-    const std::array<const char*, 6> outer{"u_albedo[0]", "u_mottled[0]", "u_crease[0]",
-                                           "u_vessel[0]", "u_pattern[0]", "u_gloss[0]"};
-    const std::array<const char*, 6> inner{"u_albedo[1]", "u_mottled[1]", "u_crease[1]",
-                                           "u_vessel[1]", "u_pattern[1]", "u_gloss[1]"};
-    for (const bool inside : {false, true}) {
-        const Appearance& a = surfaces.appearance(inside ? item.inner : item.outer);
-        const auto& names = inside ? inner : outer;
-        p.set3(names[0], a.albedo.data());
-        p.set3(names[1], a.mottled.data());
-        p.set3(names[2], a.crease.data());
-        p.set3(names[3], a.vessel.data());
-        // The noise volume holds about two meshes of vessels along its edge.
-        const std::array<float, 4> pattern{a.mottle, a.vessels, 1 / (2 * a.mesh), 0};
-        const std::array<float, 4> gloss{a.sheen, a.wet, a.bump, a.soft};
-        p.set4(names[4], pattern.data());
-        p.set4(names[5], gloss.data());
-    }
 }
 
 void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,

@@ -5,9 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace calot::rendering {
 namespace {
@@ -136,31 +135,21 @@ ClusteredTriangles cluster(const Surface& s, std::size_t size) {
         return morton(static_cast<std::uint32_t>(unit.x()), static_cast<std::uint32_t>(unit.y()),
                       static_cast<std::uint32_t>(unit.z()));
     };
-    std::map<std::string, std::vector<std::size_t>> members;
-    for (std::size_t t = 0; t < s.triangles.size(); ++t)
-        members[s.triangle_appearance.empty() ? s.appearance : s.triangle_appearance[t]].push_back(t);
-
-    std::vector<std::uint32_t> codes(s.triangles.size());
-    for (std::size_t t = 0; t < codes.size(); ++t)
-        codes[t] = code(s.triangles[t]);
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> order(s.triangles.size());
+    for (std::size_t t = 0; t < order.size(); ++t)
+        order[t] = {code(s.triangles[t]), static_cast<std::uint32_t>(t)};
+    std::sort(order.begin(), order.end());
 
     ClusteredTriangles out;
-    out.triangles.reserve(s.triangles.size());
-    for (auto& [appearance, list] : members) {
-        std::stable_sort(list.begin(), list.end(),
-                         [&](std::size_t a, std::size_t b) { return codes[a] < codes[b]; });
-        ClusteredTriangles::Group group{appearance, out.clusters.size(), 0};
-        for (std::size_t i = 0; i < list.size(); i += size) {
-            Cluster c;
-            c.first = out.triangles.size();
-            c.count = std::min(size, list.size() - i);
-            for (std::size_t k = 0; k < c.count; ++k)
-                out.triangles.push_back(s.triangles[list[i + k]]);
-            update_bounds(c, out.triangles, s.vertices);
-            out.clusters.push_back(c);
-            ++group.cluster_count;
-        }
-        out.groups.push_back(std::move(group));
+    out.triangles.reserve(order.size());
+    for (const auto& [code, t] : order)
+        out.triangles.push_back(s.triangles[t]);
+    for (std::size_t first = 0; first < out.triangles.size(); first += size) {
+        Cluster c;
+        c.first = first;
+        c.count = std::min(size, out.triangles.size() - first);
+        update_bounds(c, out.triangles, s.vertices);
+        out.clusters.push_back(c);
     }
     return out;
 }

@@ -21,7 +21,7 @@ std::vector<std::array<float, 3>> vertex_normals(const Surface&);
 std::vector<float> concavity(const Surface&, const std::vector<std::array<float, 3>>& normals,
                              double scale = 0.012);
 
-/// Triangles of one appearance that lie together.
+/// Triangles that lie together.
 struct Cluster {
     std::size_t first = 0, count = 0; // triangles in ClusteredTriangles::triangles
     std::array<float, 3> centre{};
@@ -31,15 +31,10 @@ struct Cluster {
 
 struct ClusteredTriangles {
     std::vector<std::array<std::uint32_t, 3>> triangles; // reordered
-    std::vector<Cluster> clusters;                       // of one group after the other
-    struct Group {
-        std::string appearance;
-        std::size_t first_cluster = 0, cluster_count = 0;
-    };
-    std::vector<Group> groups;
+    std::vector<Cluster> clusters;
 };
 
-/// Orders triangles along a Morton curve within each appearance and cuts them into clusters of `size`.
+/// Orders triangles along a Morton curve and cuts them into clusters of `size`.
 ClusteredTriangles cluster(const Surface&, std::size_t size = 96);
 
 /// Centre, radius and longest edge of a cluster for the present vertices.

@@ -1,22 +1,23 @@
 #include "rendering/surface_store.hpp"
 
 #include "rendering/linear.hpp"
-#include "rendering/noise_volume.hpp"
+#include "rendering/tissue_look.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <stdexcept>
 
 namespace calot::rendering {
 namespace {
 
-using PackedNormal = std::array<std::int16_t, 4>;
+using PackedNormal = std::array<std::int16_t, 4>; // the fourth number fills a word
 
-PackedNormal pack(const std::array<float, 3>& n, float concave) {
+PackedNormal pack(const std::array<float, 3>& n) {
     const auto to = [](float v) {
         return static_cast<std::int16_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 32767));
     };
-    return {to(n[0]), to(n[1]), to(n[2]), to(concave)};
+    return {to(n[0]), to(n[1]), to(n[2]), 0};
 }
 
 template<class T>
@@ -37,12 +38,19 @@ void SurfaceStore::bind_attributes(Entry& e) {
     glBindBuffer(GL_ARRAY_BUFFER, e.moved ? *e.moved : *e.rest);
     glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
     glBindBuffer(GL_ARRAY_BUFFER, *e.normals);
-    glVertexAttribPointer(1, 4, GL_SHORT, GL_TRUE, 0, nullptr);
-    glBindBuffer(GL_ARRAY_BUFFER, *e.colours);
-    glVertexAttribPointer(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, 0, nullptr);
+    glVertexAttribPointer(1, 3, GL_SHORT, GL_TRUE, sizeof(PackedNormal), nullptr);
+    glBindBuffer(GL_ARRAY_BUFFER, *e.look);
+    const auto look = [](GLuint index, std::size_t offset) {
+        glVertexAttribPointer(index, 4, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(LookVertex),
+                              reinterpret_cast<const void*>(offset));
+    };
+    look(2, offsetof(LookVertex, outer));
+    look(3, offsetof(LookVertex, inner));
+    look(4, offsetof(LookVertex, gloss));
+    look(5, offsetof(LookVertex, open));
     glBindBuffer(GL_ARRAY_BUFFER, *e.rest);
-    glVertexAttribPointer(3, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
-    for (GLuint i = 0; i < 4; ++i)
+    glVertexAttribPointer(6, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    for (GLuint i = 0; i < 7; ++i)
         glEnableVertexAttribArray(i);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, *stream_);
     glBindVertexArray(0);
@@ -53,29 +61,13 @@ SurfaceId SurfaceStore::add(const Surface& s) {
     Entry e;
     e.name = s.name;
     e.mesh = cluster(s);
-    for (const auto& group : e.mesh.groups)
-        e.outer.push_back(find_appearance(appearances_, group.appearance));
-    e.inner =
-        s.inner_appearance.empty() ? appearances_.size() : find_appearance(appearances_, s.inner_appearance);
     e.vertices = s.vertices;
     const auto normals = s.normals.empty() ? vertex_normals(s) : s.normals;
-    e.concave = concavity(s, normals);
+    e.look = upload(tissue_look(s, concavity(s, normals), appearances_), GL_STATIC_DRAW);
     std::vector<PackedNormal> packed(normals.size());
-    for (std::size_t i = 0; i < packed.size(); ++i)
-        packed[i] = pack(normals[i], e.concave[i]);
+    std::transform(normals.begin(), normals.end(), packed.begin(), pack);
     e.rest = upload(s.vertices, GL_STATIC_DRAW);
     e.normals = upload(packed, GL_STATIC_DRAW);
-    e.colours = upload(s.colours.empty()
-                           ? std::vector<std::array<std::uint8_t, 4>>(s.vertices.size(), {255, 255, 255, 255})
-                           : s.colours,
-                       GL_STATIC_DRAW);
-    const Appearance& pattern = appearances_[e.inner < appearances_.size() ? e.inner : e.outer.front()];
-    std::vector<std::array<std::uint8_t, 4>> patches(s.vertices.size());
-    for (std::size_t i = 0; i < patches.size(); ++i) {
-        const auto noise = patch_noise(s.vertices[i], pattern.patch, pattern.mesh);
-        for (std::size_t k = 0; k < 3; ++k) patches[i][k] = static_cast<std::uint8_t>(std::lround(noise[k] * 255));
-    }
-    e.patches = upload(patches, GL_STATIC_DRAW);
     e.array = make_vertex_array();
     bind_attributes(e);
     entries_.push_back(std::move(e));
@@ -103,8 +95,7 @@ void SurfaceStore::update_vertices(SurfaceId id, std::size_t first,
     }
     if (!normals.empty()) {
         std::vector<PackedNormal> packed(normals.size());
-        for (std::size_t i = 0; i < packed.size(); ++i)
-            packed[i] = pack(normals[i], e.concave[first + i]);
+        std::transform(normals.begin(), normals.end(), packed.begin(), pack);
         glBindBuffer(GL_ARRAY_BUFFER, *e.normals);
         glBufferSubData(GL_ARRAY_BUFFER, static_cast<GLintptr>(first * sizeof(PackedNormal)),
                         static_cast<GLsizeiptr>(packed.size() * sizeof(PackedNormal)), packed.data());
@@ -121,56 +112,50 @@ std::vector<DrawItem> SurfaceStore::select(const ViewCone& cone, const std::vect
 
     std::vector<std::pair<float, DrawItem>> items;
     indices_.clear();
+    const SurfaceState as_it_is;
     for (std::size_t i = 0; i < entries_.size(); ++i) {
         const Entry& e = entries_[i];
-        const SurfaceState fallback;
-        const SurfaceState& state = state_of[i] ? *state_of[i] : fallback;
+        const SurfaceState& state = state_of[i] ? *state_of[i] : as_it_is;
         if (state.style == Style::Hidden || (state.style == Style::EndoscopeOnly && !endoscope)) continue;
         const Eigen::Matrix3d rotation = to_matrix(state.pose.rotation);
         const Eigen::Vector3d origin = to_eigen(state.pose.position);
         // The cone in the object's frame.
         const Eigen::Vector3f eye = (rotation.transpose() * (cone.eye - origin)).cast<float>();
         const Eigen::Vector3f axis = (rotation.transpose() * cone.axis).cast<float>();
-        for (std::size_t g = 0; g < e.mesh.groups.size(); ++g) {
-            const auto& group = e.mesh.groups[g];
-            for (const bool split : {false, true}) {
-                if (split && cone.split_angle <= 0) continue;
-                order_.clear();
-                for (std::size_t c = group.first_cluster; c < group.first_cluster + group.cluster_count;
-                     ++c) {
-                    const Cluster& k = e.mesh.clusters[c];
-                    const Eigen::Vector3f to(k.centre[0] - eye.x(), k.centre[1] - eye.y(),
-                                             k.centre[2] - eye.z());
-                    const float distance = to.norm();
-                    if (distance - k.radius > cone.reach) continue;
-                    if (distance > k.radius) {
-                        const float angle = std::acos(std::clamp(to.dot(axis) / distance, -1.0f, 1.0f));
-                        if (angle - std::asin(k.radius / distance) > cone.half_angle) continue;
-                    }
-                    const float clearance = std::max(distance - k.radius, 0.0f);
-                    const bool near = cone.split_angle > 0 && k.longest_edge > cone.split_angle * clearance;
-                    if (near == split)
-                        order_.emplace_back(distance - k.radius, static_cast<std::uint32_t>(c));
-                }
-                if (order_.empty()) continue;
-                std::sort(order_.begin(), order_.end());
-                DrawItem item;
-                item.surface = i;
-                item.outer = e.outer[g];
-                item.inner = e.inner < appearances_.size() ? e.inner : e.outer[g];
-                item.first = indices_.size();
-                item.split = split;
-                item.style = state.style;
-                item.rotation = rotation.cast<float>();
-                item.origin = origin.cast<float>();
-                for (const auto& [distance, c] : order_) {
-                    const Cluster& k = e.mesh.clusters[c];
-                    const std::uint32_t* begin = e.mesh.triangles[k.first].data();
-                    indices_.insert(indices_.end(), begin, begin + 3 * k.count);
-                }
-                item.count = indices_.size() - item.first;
-                items.emplace_back(order_.front().first, item);
+        const auto half_angle = static_cast<float>(cone.half_angle), reach = static_cast<float>(cone.reach);
+        const auto split_angle = static_cast<float>(cone.split_angle);
+        whole_.clear();
+        split_.clear();
+        for (std::size_t c = 0; c < e.mesh.clusters.size(); ++c) {
+            const Cluster& k = e.mesh.clusters[c];
+            const Eigen::Vector3f to = Eigen::Vector3f(k.centre[0], k.centre[1], k.centre[2]) - eye;
+            const float distance = to.norm();
+            const float clearance = std::max(distance - k.radius, 0.0f);
+            if (clearance > reach) continue;
+            if (distance > k.radius) {
+                const float angle = std::acos(std::clamp(to.dot(axis) / distance, -1.0f, 1.0f));
+                if (angle - std::asin(k.radius / distance) > half_angle) continue;
             }
+            const bool near = split_angle > 0 && k.longest_edge > split_angle * clearance;
+            (near ? split_ : whole_).emplace_back(clearance, static_cast<std::uint32_t>(c));
+        }
+        for (auto* chosen : {&whole_, &split_}) {
+            if (chosen->empty()) continue;
+            std::sort(chosen->begin(), chosen->end());
+            DrawItem item;
+            item.surface = i;
+            item.first = indices_.size();
+            item.split = chosen == &split_;
+            item.style = state.style;
+            item.rotation = rotation.cast<float>();
+            item.origin = origin.cast<float>();
+            for (const auto& [distance, c] : *chosen) {
+                const Cluster& k = e.mesh.clusters[c];
+                const std::uint32_t* begin = e.mesh.triangles[k.first].data();
+                indices_.insert(indices_.end(), begin, begin + 3 * k.count);
+            }
+            item.count = indices_.size() - item.first;
+            items.emplace_back(chosen->front().first, item);
         }
     }
     std::stable_sort(items.begin(), items.end(),

@@ -24,7 +24,6 @@ struct ViewCone {
 /// Part of a surface to draw, with indices `first`, `count` into the stream of this view.
 struct DrawItem {
     std::size_t surface = 0;
-    std::size_t outer = 0, inner = 0; // appearances
     std::size_t first = 0, count = 0;
     bool split = false;
     Style style = Style::Solid;
@@ -49,18 +48,14 @@ class SurfaceStore {
     std::vector<DrawItem> select(const ViewCone&, const std::vector<SurfaceState>& states, bool endoscope);
 
     void bind(const DrawItem&) const; // vertex array with the stream's indices
-    const Appearance& appearance(std::size_t i) const { return appearances_[i]; }
     std::size_t triangle_count() const;
 
   private:
     struct Entry {
         std::string name;
         ClusteredTriangles mesh;
-        std::vector<std::size_t> outer; // appearance of each group
-        std::size_t inner = 0;          // appearances_.size(): as outside
         std::vector<std::array<float, 3>> vertices;
-        std::vector<float> concave;
-        Buffer rest, moved, normals, colours, patches;
+        Buffer rest, moved, normals, look;
         VertexArray array;
     };
     void bind_attributes(Entry&);
@@ -69,7 +64,7 @@ class SurfaceStore {
     std::vector<Entry> entries_;
     Buffer stream_;
     std::vector<std::uint32_t> indices_; // reused from frame to frame
-    std::vector<std::pair<float, std::uint32_t>> order_;
+    std::vector<std::pair<float, std::uint32_t>> whole_, split_;
 };
 
 } // namespace calot::rendering

@@ -41,7 +41,8 @@ struct MarkerVertex {
 struct MarkerMesh {
     std::vector<MarkerVertex> vertices;
     struct Part {
-        std::vector<std::uint32_t> far, near; // near: within kLensClearance of the endoscope's lens, left out of its view
+        std::vector<std::uint32_t> far,
+            near; // near: within kLensClearance of the endoscope's lens, left out of its view
     } cores, halos;
 };
 inline constexpr double kLensClearance = 0.012; // m; marker.frag fades what is a little farther
