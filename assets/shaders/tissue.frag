@@ -52,7 +52,7 @@ void main() {
     float alpha = 1.0;
 #ifndef ENDOSCOPE
     float edge = 1.0 - abs(dot(n, to_eye));
-    float veil = clamp(0.24 + 0.7 * edge * edge * edge + 0.5 * max(lit.shine.g - 0.25, 0.0), 0.0, 0.92);
+    float veil = clamp(0.36 + 0.6 * edge * edge * edge + 0.5 * max(lit.shine.g - 0.25, 0.0), 0.0, 0.92);
     alpha = mix(1.0, veil, u_veil);
     light += u_veil * albedo * 0.7; // a thin wall with light behind it
 #endif
