@@ -30,20 +30,34 @@ PluginError::PluginError(std::string plugin_id, std::string function_name, std::
 
 const char* code_name(std::int32_t code) {
     switch (code) {
-    case CALOT_CODE_NONE: return "no code given";
-    case CALOT_CODE_INVALID_ARGUMENT: return "invalid argument";
-    case CALOT_CODE_OUT_OF_RANGE: return "out of range";
-    case CALOT_CODE_NOT_FINITE: return "not finite";
-    case CALOT_CODE_WRONG_STATE: return "wrong state";
-    case CALOT_CODE_UNAVAILABLE: return "unavailable";
-    case CALOT_CODE_MISSING_ASSET: return "missing asset";
-    case CALOT_CODE_MISSING_SERVICE: return "missing service";
-    case CALOT_CODE_CORRUPT_STATE: return "corrupt state";
-    case CALOT_CODE_UNSUPPORTED: return "unsupported";
-    case CALOT_CODE_VERSION: return "version";
-    case CALOT_CODE_CAPACITY: return "capacity";
-    case CALOT_CODE_INTERNAL: return "internal error";
-    default: return "unknown code";
+    case CALOT_CODE_NONE:
+        return "no code given";
+    case CALOT_CODE_INVALID_ARGUMENT:
+        return "invalid argument";
+    case CALOT_CODE_OUT_OF_RANGE:
+        return "out of range";
+    case CALOT_CODE_NOT_FINITE:
+        return "not finite";
+    case CALOT_CODE_WRONG_STATE:
+        return "wrong state";
+    case CALOT_CODE_UNAVAILABLE:
+        return "unavailable";
+    case CALOT_CODE_MISSING_ASSET:
+        return "missing asset";
+    case CALOT_CODE_MISSING_SERVICE:
+        return "missing service";
+    case CALOT_CODE_CORRUPT_STATE:
+        return "corrupt state";
+    case CALOT_CODE_UNSUPPORTED:
+        return "unsupported";
+    case CALOT_CODE_VERSION:
+        return "version";
+    case CALOT_CODE_CAPACITY:
+        return "capacity";
+    case CALOT_CODE_INTERNAL:
+        return "internal error";
+    default:
+        return "unknown code";
     }
 }
 

@@ -95,7 +95,8 @@ class Table {
     double number(std::string_view field, double least, double most) {
         const toml::node& node = need(field);
         if (!node.is_number()) refuse(field, "must be a number");
-        const double value = node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
+        const double value =
+            node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point();
         if (!std::isfinite(value) || value < least || value > most) {
             std::ostringstream bounds;
             bounds << "must lie between " << least << " and " << most;
@@ -125,7 +126,8 @@ class Table {
         if (node == nullptr) return list;
         if (!node->is_array()) refuse(field, "must be a list of texts: [\"...\"]");
         const toml::array& items = *node->as_array();
-        if (items.size() > max_listed) refuse(field, "has more than " + std::to_string(max_listed) + " entries");
+        if (items.size() > max_listed)
+            refuse(field, "has more than " + std::to_string(max_listed) + " entries");
         for (std::size_t i = 0; i < items.size(); ++i)
             list.push_back(text_of(std::string(field) + "[" + std::to_string(i) + "]", *items.get(i), 96));
         return list;
@@ -181,8 +183,9 @@ class Table {
 
 std::string read_id(Table& table, const std::string& id) {
     if (!is_id(id))
-        table.refuse("id", "\"" + id + "\" is not an id in reverse DNS: lower-case letters, digits and hyphens, "
-                           "with dots between: \"org.example.rod\"");
+        table.refuse("id", "\"" + id +
+                               "\" is not an id in reverse DNS: lower-case letters, digits and hyphens, "
+                               "with dots between: \"org.example.rod\"");
     return id;
 }
 
@@ -195,7 +198,8 @@ std::string one_of(Table& table, std::string_view field, std::initializer_list<s
     const std::string value = table.text(field, 60);
     if (std::find(choices.begin(), choices.end(), value) != choices.end()) return value;
     std::string all;
-    for (const std::string_view choice : choices) all += (all.empty() ? "" : ", ") + std::string(choice);
+    for (const std::string_view choice : choices)
+        all += (all.empty() ? "" : ", ") + std::string(choice);
     table.refuse(field, "\"" + value + "\" is none of: " + all);
 }
 
@@ -255,11 +259,11 @@ Asset read_asset(const std::string& file, const std::string& prefix, const toml:
     Asset asset;
     asset.path = table.text("path", 200);
     if (!is_plain_path(asset.path))
-        table.refuse("path", "\"" + asset.path + "\" leaves the plugin's folder or is not plain; give a path below "
-                             "it, without \"..\" and without a leading \"/\"");
+        table.refuse("path", "\"" + asset.path +
+                                 "\" leaves the plugin's folder or is not plain; give a path below "
+                                 "it, without \"..\" and without a leading \"/\"");
     asset.sha256 = table.text("sha256", 64);
-    if (asset.sha256.size() != 64 ||
-        asset.sha256.find_first_not_of("0123456789abcdef") != std::string::npos)
+    if (asset.sha256.size() != 64 || asset.sha256.find_first_not_of("0123456789abcdef") != std::string::npos)
         table.refuse("sha256", "must be 64 lower-case hexadecimal digits");
     table.refuse_the_unknown();
     return asset;
@@ -361,11 +365,16 @@ std::string hexadecimal(std::uint64_t value) {
 
 std::string_view kind_name(Kind kind) {
     switch (kind) {
-    case Kind::rod: return CALOT_KIND_ROD;
-    case Kind::tissue: return CALOT_KIND_TISSUE;
-    case Kind::instrument: return CALOT_KIND_INSTRUMENT;
-    case Kind::device: return CALOT_KIND_DEVICE;
-    case Kind::procedure: return CALOT_KIND_PROCEDURE;
+    case Kind::rod:
+        return CALOT_KIND_ROD;
+    case Kind::tissue:
+        return CALOT_KIND_TISSUE;
+    case Kind::instrument:
+        return CALOT_KIND_INSTRUMENT;
+    case Kind::device:
+        return CALOT_KIND_DEVICE;
+    case Kind::procedure:
+        return CALOT_KIND_PROCEDURE;
     }
     return "";
 }
@@ -395,8 +404,7 @@ ManifestReading read_manifest(const std::filesystem::path& path) {
         std::string bytes(max_manifest_bytes + 1, '\0');
         stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         bytes.resize(static_cast<std::size_t>(stream.gcount()));
-        if (bytes.size() > max_manifest_bytes)
-            throw UserError(file, "", "is longer than 64 KiB; shorten it");
+        if (bytes.size() > max_manifest_bytes) throw UserError(file, "", "is longer than 64 KiB; shorten it");
         toml::table root;
         try {
             root = toml::parse(bytes, file);
@@ -429,18 +437,19 @@ std::string misfit(const Manifest& manifest) {
     const std::string ours = std::to_string(CALOT_ABI_MAJOR) + "." + std::to_string(CALOT_ABI_MINOR);
     const std::string remedy = "; rebuild the plugin with the SDK of this Calot";
     if (manifest.contract_major != CALOT_ABI_MAJOR)
-        return line("contract.major",
-                    "the plugin is for version " + theirs + " of the contract, this Calot has " + ours + remedy);
+        return line("contract.major", "the plugin is for version " + theirs +
+                                          " of the contract, this Calot has " + ours + remedy);
     if (manifest.contract_minor != CALOT_ABI_MINOR)
-        return line("contract.minor",
-                    "the plugin is for version " + theirs + " of the contract, this Calot has " + ours + remedy);
+        return line("contract.minor", "the plugin is for version " + theirs +
+                                          " of the contract, this Calot has " + ours + remedy);
     if (manifest.contract_fingerprint != CALOT_ABI_FINGERPRINT)
         return line("contract.fingerprint", "is " + hexadecimal(manifest.contract_fingerprint) +
-                                                ", this Calot has " + hexadecimal(CALOT_ABI_FINGERPRINT) + remedy);
+                                                ", this Calot has " + hexadecimal(CALOT_ABI_FINGERPRINT) +
+                                                remedy);
     static const std::set<std::string> known = {
-        CALOT_SERVICE_LOG,       CALOT_SERVICE_ASSETS,  CALOT_SERVICE_SETTINGS, CALOT_SERVICE_RANDOM,
-        CALOT_SERVICE_JOBS,      CALOT_SERVICE_METRICS, CALOT_EXTENSION_COST,   CALOT_EXTENSION_EVENTS,
-        CALOT_EXTENSION_OBSERVATION};
+        CALOT_SERVICE_LOG,    CALOT_SERVICE_ASSETS,   CALOT_SERVICE_SETTINGS,
+        CALOT_SERVICE_RANDOM, CALOT_SERVICE_JOBS,     CALOT_SERVICE_METRICS,
+        CALOT_EXTENSION_COST, CALOT_EXTENSION_EVENTS, CALOT_EXTENSION_OBSERVATION};
     for (const std::string& extension : manifest.required_extensions)
         if (!known.contains(extension))
             return line("extensions.required",

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "host/instances.hpp"
+#include "host/instance.hpp"
 #include "host/manifest.hpp"
 
 #include <filesystem>
@@ -51,7 +51,8 @@ class Plugins {
     /// Places: ../lib/calot/plugins from the running program, then the folders of CALOT_PLUGIN_PATH.
     static Options defaults();
 
-    explicit Plugins(Options options = defaults());
+    /// `services` are what plugins are given; they must outlive every instance.
+    explicit Plugins(Services& services, Options options = defaults());
     ~Plugins();
 
     const std::vector<Place>& places() const { return options_.places; }
@@ -66,17 +67,11 @@ class Plugins {
     std::string probe(const Candidate& candidate);
 
     /// An instance, created and initialised. Throws UserError where the plugin is refused, PluginError where
-    /// create or init fails. Services must outlive the instance.
-    RodInstance rod(std::string_view id, Services& services);
-    TissueInstance tissue(std::string_view id, Services& services);
-    InstrumentInstance instrument(std::string_view id, Services& services);
-    DeviceInstance device(std::string_view id, Services& services);
-    ProcedureInstance procedure(std::string_view id, Services& services);
+    /// create or init fails.
+    Instance make(Kind kind, std::string_view id);
 
   private:
-    void make(Kind kind, std::string_view id, Services& services, InstanceHandle& out);
-    std::shared_ptr<Library> load(const Candidate& candidate, Services& services);
-
+    Services& services_;
     Options options_;
     std::vector<Candidate> candidates_;
     std::map<std::string, std::string> probed_; ///< library file: refusal
