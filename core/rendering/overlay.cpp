@@ -67,18 +67,21 @@ double Overlay::line_height() const {
     return body_->FontSize * 1.35;
 }
 
-void Overlay::text_lines(double x, double y, const std::vector<std::string>& lines) {
+void Overlay::text_lines(double x, double y, double width, double size,
+                         const std::vector<std::string>& lines) {
     ImDrawList* list = ImGui::GetBackgroundDrawList();
     bool first = true;
     for (const std::string& line : lines) {
         ImFont* font = first ? large_ : body_;
+        const float pixels = std::max(9.0f, font->FontSize * static_cast<float>(size));
+        const auto wrap = static_cast<float>(std::max(width, 40.0));
         const ImVec2 at(static_cast<float>(x), static_cast<float>(y));
         const char* end = line.data() + line.size();
-        list->AddText(font, font->FontSize, ImVec2(at.x + 1.5f, at.y + 1.5f), IM_COL32(0, 0, 0, 200),
-                      line.data(), end);
-        list->AddText(font, font->FontSize, at,
-                      first ? IM_COL32(236, 240, 244, 255) : IM_COL32(186, 198, 208, 255), line.data(), end);
-        y += font->FontSize * 1.35;
+        list->AddText(font, pixels, ImVec2(at.x + 1.5f, at.y + 1.5f), IM_COL32(0, 0, 0, 200), line.data(),
+                      end, wrap);
+        list->AddText(font, pixels, at, first ? IM_COL32(236, 240, 244, 255) : IM_COL32(186, 198, 208, 255),
+                      line.data(), end, wrap);
+        y += font->CalcTextSizeA(pixels, 1e6f, wrap, line.data(), end).y + pixels * 0.3f;
         first = false;
     }
 }

@@ -30,8 +30,9 @@ class Overlay {
     ImFont* body() const { return body_; }
     ImFont* large() const { return large_; }
 
-    /// Between begin() and end(): lines with a soft shadow, the first one larger, top left at (x, y).
-    void text_lines(double x, double y, const std::vector<std::string>& lines);
+    /// Between begin() and end(): lines with a soft shadow, the first one larger, top left at (x, y), wrapped at `width` (pixels),
+    /// `size` times the usual type.
+    void text_lines(double x, double y, double width, double size, const std::vector<std::string>& lines);
     double line_height() const;
 
   private:

@@ -483,9 +483,11 @@ void Renderer::draw(const FrameState& f, const std::function<void(Overlay&)>& pa
     glViewport(0, 0, s.settings.width, s.settings.height);
     if (f.fade > 0) s.shapes.draw_fade(s.flat, static_cast<float>(std::clamp(f.fade, 0.0, 1.0)));
     s.overlay.begin(s.settings.width, s.settings.height, elapsed > 0 ? elapsed : 1.0 / 60, platform);
-    s.overlay.text_lines(l.text.x, l.text.y, f.endoscope_text);
+    const double type = s.settings.height / 720.0;
+    s.overlay.text_lines(l.text.x, l.text.y, l.text.width, type, f.endoscope_text);
     if (f.external.on)
-        s.overlay.text_lines(s.settings.width / 80.0, s.settings.height / 60.0, f.external_text);
+        s.overlay.text_lines(s.settings.width / 80.0, s.settings.height / 60.0, l.external.width * 0.9, type,
+                             f.external_text);
     if (panels) panels(s.overlay);
     s.overlay.end();
     glBindVertexArray(0);
