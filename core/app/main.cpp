@@ -1,0 +1,39 @@
+// calot: the program and its subcommands.
+#include "app/commands.hpp"
+#include "host/error.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+
+int main(int count, char** arguments) {
+    using namespace calot::app;
+    CLI::App app("Calot simulates endoscopic procedures for training.", "calot");
+    app.set_version_flag("--version", CALOT_VERSION);
+    app.require_subcommand(1);
+    app.get_formatter()->column_width(34);
+    app.footer(examples({"calot list                         what is installed"}) +
+               "\nExit codes: 0 completed, 1 not completed, 2 bad input or a plugin refused before the case, "
+               "3 plugin "
+               "or device\nfailure during it.");
+    Action action;
+    add_list(app, action);
+    try {
+        app.parse(count, arguments);
+    } catch (const CLI::ParseError& e) {
+        if (e.get_exit_code() == 0) return app.exit(e);
+        std::fprintf(stderr, "calot: %s; `calot --help` or `calot SUBCOMMAND --help` shows what there is\n",
+                     e.what());
+        return bad_input;
+    }
+    try {
+        return action();
+    } catch (const calot::host::PluginError& e) {
+        std::fprintf(stderr, "calot: %s\n", e.what());
+        return plugin_failure;
+    } catch (const std::exception& e) {
+        std::fprintf(stderr, "calot: %s\n", e.what());
+        return bad_input;
+    }
+}
