@@ -104,7 +104,9 @@ void CaseState::apply(const Command& c, std::int64_t tick, Snapshot& s) {
     hash_.add(c.value);
     hash_.add(std::span<const double>(c.vector));
     switch (c.kind) {
-    case CALOT_COMMAND_MARKER_SET: set_marker(c.marker, s.markers); break;
+    case CALOT_COMMAND_MARKER_SET:
+        set_marker(c.marker, s.markers);
+        break;
     case CALOT_COMMAND_MARKER_REMOVE: {
         // Swapped to the end rather than erased: every marker keeps the memory of its points.
         auto* begin = s.markers.marker.data();
@@ -135,13 +137,20 @@ void CaseState::apply(const Command& c, std::int64_t tick, Snapshot& s) {
         s.message = c.text.view();
         message_end_ = tick + static_cast<std::int64_t>(std::clamp(c.value, 0.0, 3600.0) * 1000);
         break;
-    case CALOT_COMMAND_GRAVITY: s.gravity = c.vector; break;
-    case CALOT_COMMAND_FADE: s.fade = std::clamp(c.value, 0.0, 1.0); break;
-    case CALOT_COMMAND_FINISH: s.is_finished = true; break;
+    case CALOT_COMMAND_GRAVITY:
+        s.gravity = c.vector;
+        break;
+    case CALOT_COMMAND_FADE:
+        s.fade = std::clamp(c.value, 0.0, 1.0);
+        break;
+    case CALOT_COMMAND_FINISH:
+        s.is_finished = true;
+        break;
     case CALOT_COMMAND_METRIC:
     case CALOT_COMMAND_EVENT:
     case CALOT_COMMAND_ASSISTANT:
-    case CALOT_COMMAND_FAILURE: break; // for the observers
+    case CALOT_COMMAND_FAILURE:
+        break; // for the observers
     default:
         fail(procedure_, update_name, CALOT_OK, CALOT_CODE_INVALID_ARGUMENT, "command.kind",
              std::to_string(c.kind) + " is no command");

@@ -35,8 +35,8 @@ const Functions* extension(const Plugin& plugin, std::string_view id) {
     return found != nullptr && found->struct_size >= sizeof(Functions) ? found : nullptr;
 }
 
-[[noreturn]] inline void fail(const Plugin& plugin, const char* function, calot_status status, std::int32_t code,
-                              std::string field, std::string message) {
+[[noreturn]] inline void fail(const Plugin& plugin, const char* function, calot_status status,
+                              std::int32_t code, std::string field, std::string message) {
     throw host::PluginError(plugin.id, function, status, code, std::move(field), std::move(message));
 }
 
