@@ -18,7 +18,7 @@ constexpr double far = 2000;      // mm: no organ description reaches farther fr
 constexpr double largest = 1000;  // mm: no radius or size is larger
 constexpr double smallest = 0.05; // mm
 constexpr std::uintmax_t most_bytes = 4u << 20;
-constexpr std::size_t most_cost = 20'000;
+constexpr std::size_t most_cost = 4000;
 
 std::string read_text(const std::filesystem::path& file) {
     std::error_code error;
@@ -170,7 +170,7 @@ class Reader {
         const std::string kind = f.text("pattern");
         if (kind == "rugae")
             return pattern::Rugae{sweep(f, "along"), f.number("count", 2, 200), f.number("length", 1, 500),
-                                  f.number("groove", 0.05, 1), seed(f)};
+                                  f.number("groove", 0.05, 3), seed(f)};
         if (kind == "folds")
             return pattern::Folds{sweep(f, "along"), static_cast<double>(f.integer("count", 2, 100)),
                                   f.number("length", 1, 500), seed(f)};

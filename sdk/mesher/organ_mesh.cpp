@@ -1,5 +1,6 @@
 #include "organ_mesh.hpp"
 
+#include "borders.hpp"
 #include "surface.hpp"
 
 #include <cmath>
@@ -88,7 +89,8 @@ std::vector<Vec> seed_points(const Organ& organ, const Box& box) {
     return out;
 }
 
-/// Central differences over about a third of an edge: what is finer than the triangles must not show in the normals.
+/// Central differences over about a third of an edge: what is finer than the triangles must not show in the
+/// normals.
 Vec gradient(const Shape& solid, Vec p, double h) {
     const auto difference = [&](Vec d) { return solid.value(p + d) - solid.value(p - d); };
     return {difference({h, 0, 0}), difference({0, h, 0}), difference({0, 0, h})};
@@ -130,7 +132,14 @@ OrganMesh mesh_organ(const Organ& organ) {
         2 * organ.triangles; // a closed surface has half as many; the excess is reported below
     if (request.seeds.size() < 4)
         throw SurfaceError("has no surface: its solid is empty or smaller than 'edge'");
-    const Surface surface = extract_surface(request);
+    Surface surface = extract_surface(request);
+    for (std::size_t i = 0; i + 1 < organ.regions.size(); ++i)
+        cut_along(surface, solid, *organ.regions[i].inside,
+                  [&](Vec p) { // earlier regions win: no border inside them
+                      for (std::size_t k = 0; k < i; ++k)
+                          if (organ.regions[k].inside->value(p) < -0.2) return true;
+                      return false;
+                  });
 
     meshio::TriangleMesh mesh;
     mesh.name = organ.name;
@@ -157,15 +166,15 @@ OrganMesh examine(meshio::TriangleMesh mesh, std::size_t budget) {
     out.mesh = std::move(mesh);
     out.report = meshio::check(out.mesh);
     out.problem = out.report.problem();
-    if (!out.problem.empty()) return out;
+    if (!out.report.closed() || !out.report.manifold() || out.report.triangles == 0) return out;
     Surface surface;
     for (const auto& p : out.mesh.vertices)
         surface.points.push_back(from_lps(p));
     surface.triangles = out.mesh.triangles;
     out.self_intersections = self_intersections(surface);
-    if (out.self_intersections)
+    if (out.self_intersections) // first, because parts that cut each other have no inside and outside
         out.problem = std::to_string(out.self_intersections) + " pairs of triangles cut each other";
-    else if (budget && out.report.triangles > budget)
+    else if (out.problem.empty() && budget && out.report.triangles > budget)
         out.problem = std::to_string(out.report.triangles) + " triangles, more than the budget of " +
                       std::to_string(budget) + ": raise 'edge' or 'deviation', or the budget";
     return out;

@@ -18,7 +18,7 @@ struct Rugae {
     SweepPtr along;
     double count;  ///< folds round the circumference
     double length; ///< mm along the sweep before a fold wanders by its own width
-    double groove; ///< width of a groove as a share of a fold's, 0 to 1
+    double groove; ///< width of the grooves: 0.5 narrow between flat folds, 1.5 rounded folds
     std::uint32_t seed;
 };
 /// Straight longitudinal folds along a sweep, as in an empty oesophagus; -1 to 1.

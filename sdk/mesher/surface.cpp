@@ -1,5 +1,9 @@
 #include "surface.hpp"
 
+#include "ordered_memory.hpp"
+
+#define CGAL_ALLOCATOR(T) calot::mesher::OrderedAllocator<T> // before CGAL's own
+
 #include <CGAL/Complex_2_in_triangulation_3.h>
 #include <CGAL/IO/facets_in_complex_2_to_triangle_mesh.h>
 #include <CGAL/Implicit_surface_3.h>

@@ -151,7 +151,7 @@ SweepPlace Sweep::section(const Sample& f, Vec p, double overshoot, Cap cap, boo
     const double ga = x / (a * a), gb = y / (b * b), gc = c > 0 ? z / c : 0;
     const double grad = std::sqrt(ga * ga + gb * gb + gc * gc);
     double value = grad > 1e-12 ? std::max(-shortest, gauge * (gauge - 1) / grad) : -shortest;
-    if (!beyond) value /= std::sqrt(1 + f.slope * f.slope);
+    value /= std::sqrt(1 + f.slope * f.slope); // on caps too, or offsets would tear where they begin
     if (cap == Cap::flat) {
         const double plane = beyond ? overshoot : -overshoot; // overshoot: distance past, or else still to go
         value = plane > 0 && value > 0 ? std::sqrt(plane * plane + value * value) : std::max(value, plane);
@@ -167,7 +167,7 @@ SweepPlace Sweep::on_segment(Vec p, std::size_t i) const {
     const Vec ta = h * a.tangent, tb = h * b.tangent;
     double low = 0, high = 1, t = 0.5;
     Vec c, d;
-    for (int step = 0; step < 6; ++step) {
+    for (int step = 0; step < 8; ++step) {
         const double t2 = t * t, t3 = t2 * t;
         c = (2 * t3 - 3 * t2 + 1) * a.at + (t3 - 2 * t2 + t) * ta + (3 * t2 - 2 * t3) * b.at + (t3 - t2) * tb;
         d = (6 * t2 - 6 * t) * a.at + (3 * t2 - 4 * t + 1) * ta + (6 * t - 6 * t2) * b.at +
@@ -177,7 +177,7 @@ SweepPlace Sweep::on_segment(Vec p, std::size_t i) const {
         const Vec dd = (12 * t - 6) * a.at + (6 * t - 4) * ta + (6 - 12 * t) * b.at + (6 * t - 2) * tb;
         const double slope = dot(d, d) + dot(c - p, dd);
         double next = slope > 0 ? t - g / slope : 0.5 * (low + high);
-        if (!(next > low && next < high)) next = 0.5 * (low + high);
+        if (!(next >= low && next <= high)) next = 0.5 * (low + high);
         if (std::abs(next - t) < 1e-9) break;
         t = next;
     }
