@@ -6,6 +6,7 @@
 #include "rendering/video_writer.hpp"
 
 #include <gtest/gtest.h>
+#include <toml++/toml.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -101,6 +102,31 @@ TEST_F(Files, the_shipped_table_of_tissues_is_readable_and_a_broken_one_is_refus
             EXPECT_NE(std::string(error.what()).find(field), std::string::npos) << error.what();
         }
     }
+}
+
+TEST(Appearances, every_shipped_anatomy_names_only_looks_that_exist) {
+    const auto table = read_appearances(fs::path(CALOT_SOURCE_DIR) / "assets/shaders/appearance.toml");
+    int looks = 0;
+    for (const auto& entry : fs::directory_iterator(fs::path(CALOT_SOURCE_DIR) / "assets/anatomy")) {
+        const fs::path file = entry.path() / "anatomy.toml";
+        if (!fs::exists(file)) continue;
+        const toml::table anatomy = toml::parse_file(file.string());
+        const toml::array* organs = anatomy["organ"].as_array();
+        ASSERT_TRUE(organs) << file;
+        for (const toml::node& organ : *organs) {
+            const toml::node_view look = organ.as_table()->operator[]("appearance");
+            std::vector<std::string> names;
+            if (const toml::table* regions = look.as_table())
+                for (const auto& [region, name] : *regions)
+                    names.push_back(name.value_or(std::string()));
+            else
+                names.push_back(look.value_or(std::string()));
+            for (const std::string& name : names)
+                EXPECT_NO_THROW(find_appearance(table, name)) << file << ": " << name;
+            looks += static_cast<int>(names.size());
+        }
+    }
+    EXPECT_GT(looks, 0);
 }
 
 TEST_F(Files, a_png_holds_the_pixels_that_were_written) {
