@@ -42,7 +42,6 @@ class Navigation {
 
     /// Throws Error if the scene lacks the incision.
     void configure(const SnapshotView& scene);
-    void activate(double step_seconds) { step_ = step_seconds; }
     void reset() { state_ = {}; }
     /// Real-time.
     void update(std::int64_t tick, const SnapshotView& shaft);
@@ -67,7 +66,8 @@ class Navigation {
     void load(StateReader& from);
 
   private:
-    double seconds(std::int64_t ticks) const { return static_cast<double>(ticks) * step_; }
+    // A tick is 1 ms, whatever the interval of the updates.
+    static double seconds(std::int64_t ticks) { return static_cast<double>(ticks) * 1e-3; }
 
     struct State {
         std::int64_t stomach_tick = -1;
@@ -79,7 +79,6 @@ class Navigation {
         bool is_done = false;
     };
 
-    double step_ = 0.001;
     Ring ring_;
     std::vector<Vec3> path_;
     Vec3 junction_, junction_direction_; // where the oesophagus ends, and its direction there

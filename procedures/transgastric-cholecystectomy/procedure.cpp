@@ -51,7 +51,6 @@ void TransgastricCholecystectomy::configure(const calot_procedure_setup& setup) 
 }
 
 void TransgastricCholecystectomy::activate(const calot_activation& activation) {
-    navigation_.activate(1e-9 * static_cast<double>(activation.step_nanoseconds));
     reset(activation.seed);
 }
 

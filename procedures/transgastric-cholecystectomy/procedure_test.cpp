@@ -42,7 +42,7 @@ class Case {
         setup_.node_count = nodes;
         setup_.start = &snapshot_;
         activation_.struct_size = sizeof activation_;
-        activation_.step_nanoseconds = 1'000'000;
+        activation_.step_nanoseconds = 16'000'000;
         queue_.struct_size = sizeof queue_;
         queue_.self = this;
         queue_.push = [](void* self, const calot_command* command) {
