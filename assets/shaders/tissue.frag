@@ -34,7 +34,7 @@ void main() {
     if (colour.a > 0.02) {
         // Larger trunks, and finer branches in between; both come and go over the surface.
         vec4 veins = texture(u_veins, v.rest * 22.0 + film.arg * 0.018);
-        float trunk = line(veins.r, 0.03 + 0.03 * v.open.z) * clamp(v.open.z * 5.0 - 1.9, 0.0, 1.0);
+        float trunk = line(veins.r, 0.010 + 0.05 * v.open.z * veins.g) * clamp(v.open.z * 5.0 - 1.9, 0.0, 1.0);
         float branch = line(veins.g, 0.030) * clamp(v.open.w * 5.0 - 1.9, 0.0, 1.0) * 0.6;
         albedo *= 1.0 - clamp(trunk + branch, 0.0, 1.0) * colour.a * vec3(0.42, 0.80, 0.78);
     }
@@ -44,7 +44,7 @@ void main() {
     // The film's unevenness, as long as it is larger than a pixel.
     vec3 slope = u_rest_to_local * (film.rgb - 0.5);
     slope -= n * dot(n, slope);
-    vec3 wet_n = normalize(n + slope * (3.0 * v.gloss.z / (1.0 + distance2 * 900.0)));
+    vec3 wet_n = normalize(n + slope * (3.0 * v.gloss.z / (1.0 + distance2 * 350.0)));
 
     Lit lit = illuminate(v.local, n, wet_n, to_eye, v.gloss, open);
     vec3 light = albedo * lit.diffuse + lit.shine;
@@ -52,9 +52,9 @@ void main() {
     float alpha = 1.0;
 #ifndef ENDOSCOPE
     float edge = 1.0 - abs(dot(n, to_eye));
-    float veil = clamp(0.36 + 0.6 * edge * edge * edge + 0.5 * max(lit.shine.g - 0.25, 0.0), 0.0, 0.92);
+    float veil = clamp(0.46 + 0.5 * edge * edge * edge + 0.5 * max(lit.shine.g - 0.25, 0.0), 0.0, 0.92);
     alpha = mix(1.0, veil, u_veil);
-    light += u_veil * albedo * 0.7; // a thin wall with light behind it
+    light = mix(light, albedo * vec3(1.5, 1.25, 1.2) + lit.shine, 0.7 * u_veil); // a thin wall with light behind it
 #endif
     o_colour = vec4(tone(light * u_exposure), alpha);
 }

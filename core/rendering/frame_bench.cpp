@@ -38,6 +38,7 @@ int run(int argc, char** argv) {
     settings.width = number(3, 1280, 64, 8192);
     settings.height = number(4, 640, 64, 8192);
     if (const char* samples = std::getenv("CALOT_SAMPLES")) settings.samples = std::atoi(samples);
+    if (const char* scale = std::getenv("CALOT_SCALE")) settings.scale = std::atof(scale);
     limit_software_threads();
     EglContext context;
     Renderer renderer(settings);

@@ -133,6 +133,14 @@ std::string describe_context() {
     return text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
 }
 
+bool draws_on_processor() {
+    const auto* name = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+    const std::string_view renderer(name ? name : "");
+    for (const char* one : {"llvmpipe", "softpipe", "swrast"})
+        if (renderer.find(one) != std::string_view::npos) return true;
+    return false;
+}
+
 fs::path find_shaders(const fs::path& given) {
     std::vector<fs::path> places;
     if (!given.empty()) {

@@ -95,6 +95,9 @@ class Program {
 /// Renderer and version of the current context, for logs and timings.
 std::string describe_context();
 
+/// True if the current context draws on the processor (Mesa's llvmpipe, softpipe, swrast).
+bool draws_on_processor();
+
 /// The folder of shaders: `given` if not empty, else $CALOT_ASSETS/shaders, else assets/shaders or
 /// share/calot/shaders beside one of the folders above the running program.
 /// Throws std::runtime_error that lists the places looked at.

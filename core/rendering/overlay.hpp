@@ -30,8 +30,8 @@ class Overlay {
     ImFont* body() const { return body_; }
     ImFont* large() const { return large_; }
 
-    /// Between begin() and end(): lines with a soft shadow, the first one larger, top left at (x, y), wrapped at `width` (pixels),
-    /// `size` times the usual type.
+    /// Between begin() and end(): lines with a soft shadow, the first one larger, top left at (x, y), wrapped
+    /// at `width` (pixels), `size` times the usual type.
     void text_lines(double x, double y, double width, double size, const std::vector<std::string>& lines);
     double line_height() const;
 

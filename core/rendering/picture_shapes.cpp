@@ -80,7 +80,7 @@ PictureShapes::PictureShapes() : array_(make_vertex_array()), vertices_(make_buf
     end(edge_);
 
     begin(background_);
-    const std::array<float, 4> low{0.055f, 0.070f, 0.085f, 1}, high{0.165f, 0.195f, 0.225f, 1};
+    const std::array<float, 4> low{0.085f, 0.105f, 0.125f, 1}, high{0.270f, 0.310f, 0.345f, 1};
     for (const auto& [x, y, c] : {std::tuple{-1.f, -1.f, low},
                                   {1.f, -1.f, low},
                                   {1.f, 1.f, high},

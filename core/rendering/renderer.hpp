@@ -29,7 +29,9 @@ Layout make_layout(int width, int height, bool external_on);
 
 struct RendererSettings {
     int width = 1280, height = 720;
-    int samples = 1; // of multi-sampling: 1 or 4; 4 triples the time without a GPU
+    int samples = 1;  // of multi-sampling: 1 or 4; 4 triples the time without a GPU
+    double scale = 1; // of the views in the picture, 0.25..1: smaller is faster without a GPU and a little
+                      // softer; text stays sharp
     Optics optics;
     std::filesystem::path shaders; // folder; empty: found (see find_shaders)
     double text_scale = 1.0;

@@ -54,8 +54,8 @@ class Window {
     /// well as KeyDown. ImGui of `overlay` gets its share first.
     void poll(Overlay* overlay, const std::function<void(const WindowEvent&)>& event);
 
-    void connect(Overlay&); // after the overlay is made; then its ImGui gets the window's events
-    void disconnect();      // before the overlay goes
+    void connect(Overlay&);            // after the overlay is made; then its ImGui gets the window's events
+    void disconnect();                 // before the overlay goes
     std::function<void()> new_frame(); // for Overlay::begin
 
     int width() const; // of the framebuffer, pixels
