@@ -203,6 +203,8 @@ TEST_F(Picture, the_ring_is_red_where_it_projects_and_the_mask_is_black) {
         red += pixel[0] > 150 && pixel[0] > 1.8 * pixel[1] && pixel[0] > 1.8 * pixel[2];
     }
     EXPECT_GE(red, 12) << "of 16 places on the ring";
+    for (std::size_t i = 3; i < image.rgba.size(); i += 4)
+        ASSERT_EQ(image.rgba[i], 255) << "the picture is opaque";
     const Rect mask = renderer_->layout(true).mask;
     for (const int x : {mask.x + 2, mask.x + mask.width - 3})
         for (const int y : {mask.y + 2, mask.y + mask.height - 3})

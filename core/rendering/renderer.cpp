@@ -202,8 +202,6 @@ void Renderer::read(Image& out) const {
         std::swap_ranges(out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * y,
                          out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * (y + 1),
                          out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * (out.height - 1 - y));
-    for (std::size_t i = 3; i < out.rgba.size(); i += 4)
-        out.rgba[i] = 255;
 }
 
 void Renderer::present() const {

@@ -1,6 +1,7 @@
 #include "rendering/linear.hpp"
 #include "rendering/renderer_state.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -136,6 +137,13 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
 
 void Renderer::State::draw_shaft(const View& v, const Program& p, const FrameState& f) {
     if (shaft.indices.empty()) return;
+    // Its own shaft is in the camera's view only when the tip is bent right back.
+    if (v.endoscope && std::none_of(f.shaft.centreline.begin(), f.shaft.centreline.end(), [&](const Vec3& p) {
+            const Eigen::Vector3d local = v.to_local * (to_eigen(p) - v.eye);
+            return local.norm() > 2 * f.shaft.radius &&
+                   local.z() > std::cos(v.cone.half_angle + 0.3) * local.norm();
+        }))
+        return;
     p.use();
     set_camera(p, v);
     p.set("u_light", static_cast<float>(f.light));

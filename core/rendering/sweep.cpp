@@ -79,12 +79,12 @@ std::vector<CurvePoint> smooth_curve(const std::vector<Vec3>& points, const std:
 }
 
 void sweep_shaft(const ShaftState& shaft, ShaftMesh& mesh) {
-    constexpr std::size_t kSides = 28;
+    constexpr std::size_t kSides = 22;
     constexpr double kHardTip = 0.012; // m, typical of gastroscopes
     constexpr double kChamfer = 0.0008;
     mesh.vertices.clear();
     mesh.indices.clear();
-    const std::vector<CurvePoint> curve = smooth_curve(shaft.centreline, shaft.frames, 0.0025);
+    const std::vector<CurvePoint> curve = smooth_curve(shaft.centreline, shaft.frames, 0.004);
     if (curve.size() < 2 || !(shaft.radius > 0)) return;
     const double end = curve.back().arc;
 
@@ -226,14 +226,14 @@ void build_markers(const FrameState& frame, MarkerMesh& mesh) {
     MarkerBuilder build(mesh, frame.tip.position);
     constexpr double kHalo = 3.2; // radius of the halo over that of the core
     for (const PathMarker& path : frame.paths) {
-        const std::vector<CurvePoint> curve = smooth_curve(path.points, {}, 0.004);
+        const std::vector<CurvePoint> curve = smooth_curve(path.points, {}, 0.005);
         const bool beads = path.bead_spacing > 0;
-        build.tube(curve, path.radius * (beads ? 0.35 : 1.0), path.colour, 1, mesh.cores, 8);
-        build.tube(curve, path.radius * kHalo * (beads ? 0.7 : 1.0), path.colour, 0.4f, mesh.halos, 10);
+        build.tube(curve, path.radius * (beads ? 0.35 : 1.0), path.colour, 1, mesh.cores, 5);
+        build.tube(curve, path.radius * kHalo * (beads ? 0.7 : 1.0), path.colour, 0.4f, mesh.halos, 7);
         double next = 0;
         for (const CurvePoint& c : curve)
             if (beads && c.arc >= next) {
-                build.ball(c.position, path.radius, path.colour, 1, mesh.cores, 10);
+                build.ball(c.position, path.radius, path.colour, 1, mesh.cores, 8);
                 next = c.arc + path.bead_spacing;
             }
     }
@@ -248,8 +248,8 @@ void build_markers(const FrameState& frame, MarkerMesh& mesh) {
     }
     for (const SegmentMarker& segment : frame.segments) {
         const std::vector<CurvePoint> curve = smooth_curve({segment.from, segment.to}, {}, 0.02);
-        build.tube(curve, segment.radius, segment.colour, 1, mesh.cores, 8);
-        build.tube(curve, segment.radius * kHalo, segment.colour, 0.7f, mesh.halos, 10);
+        build.tube(curve, segment.radius, segment.colour, 1, mesh.cores, 6);
+        build.tube(curve, segment.radius * kHalo, segment.colour, 0.7f, mesh.halos, 7);
     }
 }
 
