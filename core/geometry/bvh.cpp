@@ -139,20 +139,25 @@ class Builder {
     std::vector<BinaryNode> nodes_;
 };
 
-void set_box(Bvh::Node& node, int slot, const Box& box) {
-    for (int k = 0; k < 3; ++k) {
-        node.lo[k][slot] = box.lo[k];
-        node.hi[k][slot] = box.hi[k];
-    }
-}
-
 } // namespace
 
 void Bvh::build(std::span<const Box> boxes) {
     nodes_.clear();
     order_.clear();
+    leaf_begins_.assign(1, 0);
     if (boxes.empty()) return;
     const std::vector<BinaryNode> binary = Builder(boxes, order_).run();
+
+    // Leaves are numbered by the positions they cover.
+    std::vector<std::uint32_t> leaf_at(boxes.size());
+    for (const BinaryNode& node : binary)
+        if (node.left == 0) leaf_at[node.first] = node.count;
+    for (std::uint32_t position = 0; position < boxes.size();) {
+        const std::uint32_t count = leaf_at[position];
+        leaf_at[position] = leaf_count();
+        position += count;
+        leaf_begins_.push_back(position);
+    }
 
     // Collapse: a wide node takes over the largest inner descendants until its eight slots are full.
     std::vector<std::uint32_t> sources{0}; // the binary node each wide node stands for
@@ -182,8 +187,8 @@ void Bvh::build(std::span<const Box> boxes) {
             const BinaryNode& source = binary[slots[i]];
             set_box(node, i, source.box);
             if (source.left == 0) {
-                node.child[i] = source.first;
-                node.count[i] = source.count;
+                node.child[i] = leaf_at[source.first];
+                node.leaf[i] = true;
             } else {
                 node.child[i] = static_cast<std::uint32_t>(sources.size());
                 sources.push_back(slots[i]);
@@ -193,25 +198,14 @@ void Bvh::build(std::span<const Box> boxes) {
     }
 }
 
-void Bvh::refit(std::span<const Box> boxes_in_order) {
-    // Children always follow their parent in the array: backwards is bottom up.
-    for (std::size_t n = nodes_.size(); n-- > 0;) {
-        Node& node = nodes_[n];
+Box Bvh::box_of_children(const Node& node) {
+    Box box;
+    for (int k = 0; k < 3; ++k)
         for (int i = 0; i < width; ++i) {
-            Box box;
-            if (node.count[i] != 0) {
-                for (std::uint32_t p = 0; p < node.count[i]; ++p)
-                    box.merge(boxes_in_order[node.child[i] + p]);
-            } else if (node.child[i] != 0) {
-                const Node& child = nodes_[node.child[i]];
-                for (int k = 0; k < 3; ++k) {
-                    box.lo[k] = *std::min_element(child.lo[k], child.lo[k] + width);
-                    box.hi[k] = *std::max_element(child.hi[k], child.hi[k] + width);
-                }
-            }
-            set_box(node, i, box);
+            box.lo[k] = node.lo[k][i] < box.lo[k] ? node.lo[k][i] : box.lo[k];
+            box.hi[k] = node.hi[k][i] > box.hi[k] ? node.hi[k][i] : box.hi[k];
         }
-    }
+    return box;
 }
 
 } // namespace calot::geometry

@@ -55,43 +55,54 @@ inline Box box_of(Vec3 a, Vec3 b, double grow) {
 class Bvh {
   public:
     static constexpr int width = 8;
-    static constexpr std::uint32_t leaf_size = 4;
+    static constexpr std::uint32_t leaf_size = 8; // as many as there are lanes: leaves are tested at one go
     // Deepest path (binary levels) times the siblings left waiting at each level.
     static constexpr int stack_size = 96 * (width - 1) + 1;
 
     struct alignas(64) Node {
         float lo[3][width];
         float hi[3][width];
-        std::uint32_t child[width]; // inner: node; leaf: first position in order()
-        std::uint32_t count[width]; // 0: inner or empty (an empty slot has an inverted box)
+        std::uint32_t child[width]; // a node, or a leaf
+        bool leaf[width];           // an empty slot is neither: child 0, inverted box
     };
 
     // Builds the tree over `boxes` (finite). Deterministic: binned surface-area heuristic, ties by index.
     // Allocates; O(n log n); any thread.
     void build(std::span<const Box> boxes);
 
-    // Recomputes all boxes bottom up from `boxes`, given by position in order() (not by the index they had in
-    // build), topology unchanged. No allocation.
-    void refit(std::span<const Box> boxes_in_order);
+    // Recomputes all boxes bottom up, topology unchanged: leaf_box(leaf) -> Box. No allocation.
+    template<class LeafBox>
+    void refit(LeafBox&& leaf_box);
 
-    // order()[position] = index of the box given to build; leaves cover consecutive positions.
+    // order()[position] = index of the box given to build; leaf l covers positions leaf_begin(l) to
+    // leaf_begin(l + 1).
     std::span<const std::uint32_t> order() const { return order_; }
+    std::uint32_t leaf_count() const { return static_cast<std::uint32_t>(leaf_begins_.size()) - 1; }
+    std::uint32_t leaf_begin(std::uint32_t leaf) const { return leaf_begins_[leaf]; }
     std::span<const Node> nodes() const { return nodes_; }
     bool empty() const { return order_.empty(); }
 
-    // Calls visit(first, last) for every leaf whose box overlaps `query`: positions [first, last) in order().
+    // Calls visit(leaf) for every leaf whose box overlaps `query`.
     template<class Visit>
     void overlapping(const Box& query, Visit&& visit) const;
 
-    // Calls visit(first, last) -> double for leaves that may be nearer to p than the squared distance
-    // `limit2`, nearest boxes first; visit returns the new limit. Leaves at exactly the limit are visited
-    // too.
+    // Calls visit(leaf) -> double for leaves that may be nearer to p than the squared distance `limit2`, nearest
+    // boxes first; visit returns the new limit. Leaves at exactly the limit are visited too.
     template<class Visit>
     void nearest(Vec3 p, double limit2, Visit&& visit) const;
 
   private:
+    static void set_box(Node& node, int slot, const Box& box) {
+        for (int k = 0; k < 3; ++k) {
+            node.lo[k][slot] = box.lo[k];
+            node.hi[k][slot] = box.hi[k];
+        }
+    }
+    static Box box_of_children(const Node& node);
+
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> order_;
+    std::vector<std::uint32_t> leaf_begins_{0};
 };
 
 namespace detail {
@@ -137,8 +148,8 @@ void Bvh::overlapping(const Box& query, Visit&& visit) const {
                          (load8(node.lo[2]) <= hi[2]) & (load8(node.hi[2]) >= lo[2]);
         for (unsigned mask = mask8(hit); mask != 0; mask &= mask - 1) {
             const int i = __builtin_ctz(mask);
-            if (node.count[i] != 0)
-                visit(node.child[i], node.child[i] + node.count[i]);
+            if (node.leaf[i])
+                visit(node.child[i]);
             else if (node.child[i] != 0) // an empty slot overlaps an infinite query only
                 stack[top++] = node.child[i];
         }
@@ -151,11 +162,12 @@ void Bvh::nearest(Vec3 p, double limit2, Visit&& visit) const {
     if (nodes_.empty()) return;
     struct Entry {
         float distance2;
-        std::uint32_t child, count;
+        std::uint32_t child;
+        bool leaf;
     };
     Entry stack[stack_size];
     int top = 0;
-    stack[top++] = {0.0f, 0, 0};
+    stack[top++] = {0.0f, 0, false};
     // The point as a tiny box, so that its rounding to float cannot make a distance too long.
     Float8 lo[3], hi[3];
     for (int k = 0; k < 3; ++k) {
@@ -166,8 +178,8 @@ void Bvh::nearest(Vec3 p, double limit2, Visit&& visit) const {
     while (top > 0) {
         const Entry entry = stack[--top];
         if (static_cast<double>(entry.distance2) > limit2) continue;
-        if (entry.count != 0) {
-            limit2 = visit(entry.child, entry.child + entry.count);
+        if (entry.leaf) {
+            limit2 = visit(entry.child);
             continue;
         }
         const Node& node = nodes_[entry.child];
@@ -187,11 +199,25 @@ void Bvh::nearest(Vec3 p, double limit2, Visit&& visit) const {
         const int base = top;
         for (; mask != 0; mask &= mask - 1) {
             const int i = __builtin_ctz(mask);
-            const Entry child{distance2[i], node.child[i], node.count[i]};
+            const Entry child{distance2[i], node.child[i], node.leaf[i]};
             int at = top++;
             for (; at > base && stack[at - 1].distance2 < child.distance2; --at)
                 stack[at] = stack[at - 1];
             stack[at] = child;
+        }
+    }
+}
+
+template<class LeafBox>
+void Bvh::refit(LeafBox&& leaf_box) {
+    // Children always follow their parent in the array: backwards is bottom up.
+    for (std::size_t n = nodes_.size(); n-- > 0;) {
+        Node& node = nodes_[n];
+        for (int i = 0; i < width; ++i) {
+            if (node.leaf[i])
+                set_box(node, i, leaf_box(node.child[i]));
+            else if (node.child[i] != 0)
+                set_box(node, i, box_of_children(nodes_[node.child[i]]));
         }
     }
 }

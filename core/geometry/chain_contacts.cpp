@@ -1,10 +1,12 @@
 #include "geometry/chain_contacts.hpp"
 
+#include "geometry/candidates.hpp"
 #include "geometry/surface_minima.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <tuple>
 #include <type_traits>
 #include <vector>
 
@@ -132,7 +134,7 @@ FewFound thin(const FoundList& sorted, double length, double radius, std::size_t
 struct ChainContacts::Impl {
     explicit Impl(std::size_t nodes)
         : most_nodes(nodes), nodes_found(nodes), segments_found(nodes), memories(2 * nodes),
-          remembered(2 * nodes) {
+          remembered(2 * nodes), candidates(nodes), last_nodes(nodes) {
         contacts.reserve(nodes * (most_per_node + most_per_segment));
     }
 
@@ -144,12 +146,18 @@ struct ChainContacts::Impl {
     // Slot 2 i: node i; slot 2 i + 1: segment i. Of the last call, and in the making.
     std::vector<FewMemories> memories, remembered;
     std::vector<Contact> contacts;
+    // Never part of a result: they only save questions to the tree.
+    std::vector<Candidates> candidates;
+    std::vector<Vec3> last_nodes;
 
     static bool acceptable(const Chain& chain, std::size_t most_nodes);
     static double node_radius(const Chain& chain, std::size_t node);
+    void refresh(const TriangleScene& scene, const Chain& chain, double margin);
     void find_at_node(const TriangleScene& scene, const Chain& chain, double margin, std::size_t node);
     void find_on_segment(const TriangleScene& scene, const Chain& chain, double margin, std::size_t segment);
-    void drop_wrong_sides(const TriangleScene& scene, std::size_t slot, double radius);
+    template<class Visitors>
+    void look_behind(const TriangleScene& scene, std::size_t slot, double radius, const Box& box,
+                     Visitors&& visitors);
     void drop_implied(std::size_t segment, double radius);
     void drop_shared(const Chain& chain, std::size_t segment);
     void emit(const TriangleScene& scene, const Chain& chain, std::size_t slot);
@@ -173,60 +181,116 @@ double ChainContacts::Impl::node_radius(const Chain& chain, std::size_t node) {
     return radius;
 }
 
+// Sees to it that every slot's candidates hold. The tree is asked for a place ahead in the direction of motion.
+void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain, double margin) {
+    const std::size_t n = chain.node_count();
+    const auto ahead = [&](std::size_t i) {
+        constexpr double farthest = 0.8 * Candidates::slack, ticks = 8.0;
+        const Vec3 p = chain.node(i), motion = ticks * (p - last_nodes[i]);
+        const double length = norm(motion);
+        return length <= farthest ? p + motion : p + (farthest / length) * motion;
+    };
+    for (std::size_t i = chain.first_segment; i < n; ++i) {
+        const std::size_t end = i + 1 < n ? i + 1 : i;
+        const double reach = node_radius(chain, i) + margin;
+        if (!candidates[i].hold(scene.version(), chain.node(i), chain.node(end), reach))
+            candidates[i].gather(scene, ahead(i), ahead(end), reach);
+    }
+    for (std::size_t i = chain.first_segment; i < n; ++i) last_nodes[i] = chain.node(i);
+}
+
 void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& chain, double margin,
                                        std::size_t node) {
-    const double radius = node_radius(chain, node);
+    const double radius = node_radius(chain, node), reach = radius + margin;
     const Vec3 c = chain.node(node);
-    const double reach = radius + margin;
     list.clear();
-    scene.tree().overlapping(box_of(c, c, reach), [&](std::uint32_t first, std::uint32_t last) {
-        for (std::uint32_t position = first; position < last; ++position)
-            minima_at_point(scene, position, c, reach, [&](const Minimum& minimum) {
-                list.add({minimum, (minimum.behind ? -minimum.distance : minimum.distance) - radius});
-            });
+    Minimum minimum;
+    const auto keep = [&](bool found) {
+        if (found && !minimum.behind) list.add({minimum, minimum.distance - radius});
+    };
+    const auto face = [&](std::uint32_t part) { keep(face_minimum(scene, part, c, reach, minimum)); };
+    const auto edge = [&](std::uint32_t part) { keep(edge_minimum(scene, part, c, reach, false, minimum)); };
+    const auto vertex = [&](std::uint32_t part) { keep(vertex_minimum(scene, part, c, reach, minimum)); };
+    if (scene.has_screens() && candidates[node].complete()) {
+        for (const std::uint32_t part : candidates[node].faces()) face(part);
+        for (const std::uint32_t part : candidates[node].edges()) edge(part);
+        for (const std::uint32_t part : candidates[node].vertices()) vertex(part);
+    } else {
+        visit_parts(scene, box_of(c, c, reach), face, edge, vertex);
+    }
+    look_behind(scene, 2 * node, radius, box_of(c, c, radius), [&](auto&& add) {
+        return std::tuple{[&, add](std::uint32_t part) {
+                              if (face_minimum(scene, part, c, radius, minimum)) add(minimum);
+                          },
+                          [&, add](std::uint32_t part) {
+                              if (edge_minimum(scene, part, c, radius, true, minimum)) add(minimum);
+                          },
+                          [&, add](std::uint32_t part) {
+                              if (vertex_minimum(scene, part, c, radius, minimum)) add(minimum);
+                          }};
     });
-    drop_wrong_sides(scene, 2 * node, radius);
     list.sort();
     nodes_found[node] = thin(list, 0.0, radius, most_per_node);
 }
 
 void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chain& chain, double margin,
                                           std::size_t segment) {
-    const double radius = chain.radius[segment];
+    const double radius = chain.radius[segment], reach = radius + margin;
     const Vec3 p0 = chain.node(segment), p1 = chain.node(segment + 1);
-    const double reach = radius + margin;
     list.clear();
-    scene.tree().overlapping(box_of(p0, p1, reach), [&](std::uint32_t first, std::uint32_t last) {
-        for (std::uint32_t position = first; position < last; ++position)
-            minima_along_segment(scene, position, p0, p1, reach, [&](const Minimum& minimum) {
-                list.add({minimum, (minimum.behind ? -minimum.distance : minimum.distance) - radius});
-            });
+    Minimum minimum;
+    const auto keep = [&](bool found) {
+        if (found && !minimum.behind) list.add({minimum, minimum.distance - radius});
+    };
+    const auto face = [](std::uint32_t) {};
+    const auto edge = [&](std::uint32_t part) { keep(edge_minimum_along(scene, part, p0, p1, reach, minimum)); };
+    const auto vertex = [&](std::uint32_t part) {
+        keep(vertex_minimum_along(scene, part, p0, p1, reach, minimum));
+    };
+    if (scene.has_screens() && candidates[segment].complete()) {
+        for (const std::uint32_t part : candidates[segment].edges()) edge(part);
+        for (const std::uint32_t part : candidates[segment].vertices()) vertex(part);
+    } else {
+        visit_parts(scene, box_of(p0, p1, reach), face, edge, vertex);
+    }
+    look_behind(scene, 2 * segment + 1, radius, box_of(p0, p1, radius), [&](auto&& add) {
+        return std::tuple{face,
+                          [&, add](std::uint32_t part) {
+                              if (edge_minimum_along(scene, part, p0, p1, radius, minimum)) add(minimum);
+                          },
+                          [&, add](std::uint32_t part) {
+                              if (vertex_minimum_along(scene, part, p0, p1, radius, minimum)) add(minimum);
+                          }};
     });
-    drop_wrong_sides(scene, 2 * segment + 1, radius);
     drop_implied(segment, radius);
     list.sort();
     segments_found[segment] = thin(list, norm(p1 - p0), radius, most_per_segment);
 }
 
-// Minima seen from behind stay only where the centreline has sunk through a surface it touched before: one
-// that a memory of this slot vouches for and that is not seen from the front any more.
-void ChainContacts::Impl::drop_wrong_sides(const TriangleScene& scene, std::size_t slot, double radius) {
-    const auto resembles = [&](const Found& found, const Memory& memory) {
-        return scene.triangles()[found.minimum.position].organ == memory.organ &&
-               dot(found.minimum.normal, memory.normal) > same_contact_cosine &&
-               norm2(found.minimum.point - memory.point) < radius * radius;
+// A surface that was touched and is not seen from the front any more was left, or the centreline has sunk through it:
+// then it is found from behind, where the memory of this slot expects it. `visitors(add)` gives the three visitors
+// that add(minimum) whatever is within a radius.
+template<class Visitors>
+void ChainContacts::Impl::look_behind(const TriangleScene& scene, std::size_t slot, double radius, const Box& box,
+                                      Visitors&& visitors) {
+    const auto resembles = [&](const Minimum& minimum, const Memory& memory) {
+        return scene.triangles()[minimum.position].organ == memory.organ &&
+               dot(minimum.normal, memory.normal) > same_contact_cosine &&
+               norm2(minimum.point - memory.point) < radius * radius;
     };
     Few<Memory, most> lost;
     for (const Memory& memory : memories[slot])
-        if (std::none_of(list.begin(), list.end(), [&](const Found& found) {
-                return !found.minimum.behind && resembles(found, memory);
-            }))
+        if (std::none_of(list.begin(), list.end(),
+                         [&](const Found& found) { return resembles(found.minimum, memory); }))
             lost.push(memory);
-    list.drop_if([&](const Found& found) {
-        return found.minimum.behind &&
-               (found.minimum.distance > radius ||
-                std::none_of(lost.begin(), lost.end(), [&](const Memory& m) { return resembles(found, m); }));
-    });
+    if (lost.size == 0) return;
+    const auto add = [&](const Minimum& minimum) {
+        if (minimum.behind &&
+            std::any_of(lost.begin(), lost.end(), [&](const Memory& m) { return resembles(minimum, m); }))
+            list.add({minimum, -minimum.distance - radius});
+    };
+    const auto [face, edge, vertex] = visitors(add);
+    visit_parts(scene, box, face, edge, vertex);
 }
 
 // The ends of a segment hold a flat or hollow wall; its inside adds a contact only where the wall bulges.
@@ -364,6 +428,7 @@ std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const C
         slot.size = 0;
     if (chain.first_segment < chain.radius.size()) {
         const std::size_t n = chain.node_count();
+        if (scene.has_screens()) state.refresh(scene, chain, margin);
         for (std::size_t i = chain.first_segment; i < n; ++i)
             state.find_at_node(scene, chain, margin, i);
         for (std::size_t i = chain.first_segment; i + 1 < n; ++i)

@@ -1,14 +1,17 @@
-// The local minima of the distance from a point or a segment to a surface: what contacts are made of.
+// The local minima of the distance from a point or a segment to a surface: what contacts are made of. Each function
+// asks one part of the surface (a face, an edge, a vertex) in double precision; whether it is a contact is for the
+// caller to say.
+//
+// Neighbouring parts accept a little more than their share, so that rounding leaves no gap between them: a minimum
+// on the border may be found twice, at the same place, never not at all.
 #pragma once
 
-#include "geometry/distance.hpp"
 #include "geometry/triangle_scene.hpp"
 
 #include <cstdint>
 
 namespace calot::geometry {
 
-// One local minimum. Whether it is a contact is for the caller to say.
 struct Minimum {
     Vec3 point;             // on the surface
     Vec3 normal;            // unit, the surface's outward direction there, through the point or segment
@@ -16,34 +19,16 @@ struct Minimum {
     double t;               // on the segment; 0 for a point
     std::uint64_t part;     // which face, edge or vertex, independent of the tree; also breaks ties
     std::uint32_t position; // the triangle that owns the part
-    bool behind;            // seen from the back of the surface: normal points away from it
+    bool behind;            // seen from the back of the surface: normal points away from the point or segment
 };
-
-// Calls found(Minimum) for the minima over triangle `position` and the edges and vertices that it owns, of
-// point c, up to distance `reach`.
-template<class Found>
-void minima_at_point(const TriangleScene& scene, std::uint32_t position, Vec3 c, double reach, Found&& found);
-
-// The same for the inside (0 < t < 1) of segment p0-p1, over convex edges and the vertices; faces have none.
-template<class Found>
-void minima_along_segment(const TriangleScene& scene, std::uint32_t position, Vec3 p0, Vec3 p1, double reach,
-                          Found&& found);
 
 namespace detail {
 
-constexpr std::uint64_t face_part(std::uint32_t key) {
-    return key;
-}
-constexpr std::uint64_t edge_part(std::uint32_t edge) {
-    return 1ull << 32 | edge;
-}
-constexpr std::uint64_t vertex_part(std::uint32_t vertex) {
-    return 2ull << 32 | vertex;
-}
-
-// Rounding allowance on directions: a minimum on the border between two parts must not fall between them.
+// Rounding allowance on directions, rad.
 constexpr double direction_tolerance = 1e-9;
-// Segments nearly parallel to a flat wall touch its sharp rim (sharper than 10 degrees) up to this tilt, so
+// Edges flatter than this, rad, are left to their faces, which accept as much beyond their borders.
+constexpr double flat_edge = 1e-6;
+// Segments nearly parallel to a flat wall touch its sharp rim (sharper than 10 degrees) up to this tilt, rad, so
 // that rim and node hold together and the contact does not hop between them.
 constexpr double rim_tilt = 0.05, rim_sharpness = 0.17;
 
@@ -53,23 +38,51 @@ inline bool leans_away(Vec3 d, Vec3 w, double slack) {
     return along <= 0.0 || along * along <= slack * slack * norm2(d) * norm2(w);
 }
 
-inline Vec3 face_normal(const TriangleScene& scene, std::uint32_t position) {
+// Part of w across the direction e.
+inline Vec3 across(Vec3 w, Vec3 e) { return w - (dot(w, e) / norm2(e)) * e; }
+
+inline Vec3 unit_or_zero(Vec3 v) {
+    const double length = norm(v);
+    return length > 0.0 ? (1.0 / length) * v : Vec3{};
+}
+
+// Across the face, with the length of twice its area.
+inline Vec3 area_vector(const TriangleScene& scene, std::uint32_t position) {
     const auto& t = scene.triangles()[position];
-    const Vec3 n = cross(scene.corner(t, 1) - scene.corner(t, 0), scene.corner(t, 2) - scene.corner(t, 0));
-    const double length = norm(n);
-    return length > 0.0 ? (1.0 / length) * n : Vec3{};
+    const Vec3 a = scene.corner(t, 0);
+    return cross(scene.corner(t, 1) - a, scene.corner(t, 2) - a);
 }
 
-// Mean outward direction of the one or two faces at an edge.
-inline Vec3 edge_normal(const TriangleScene& scene, const TriangleScene::Edge& edge) {
-    Vec3 n = face_normal(scene, edge.triangle[0]);
-    if (edge.triangle[1] != TriangleScene::none) n = n + face_normal(scene, edge.triangle[1]);
-    return n;
+// An edge and the one or two faces at it.
+struct EdgeFrame {
+    Vec3 start, along;      // from end to end
+    Vec3 inward0, inward1;  // in the faces' planes, across the edge, from it; inward1 zero at a border
+    Vec3 outward;           // mean of the faces' normals
+    bool convex;            // a border counts as convex
+    double tilt;            // up to which segments touch it
+};
+
+inline EdgeFrame edge_frame(const TriangleScene& scene, const TriangleScene::Edge& edge) {
+    EdgeFrame frame{};
+    frame.start = scene.vertices()[edge.vertex[0]];
+    frame.along = scene.vertices()[edge.vertex[1]] - frame.start;
+    frame.inward0 = across(scene.vertices()[edge.opposite[0]] - frame.start, frame.along);
+    frame.convex = true;
+    frame.tilt = rim_tilt;
+    frame.outward = unit_or_zero(area_vector(scene, edge.triangle[0]));
+    if (edge.triangle[1] == TriangleScene::none) return frame;
+    frame.inward1 = across(scene.vertices()[edge.opposite[1]] - frame.start, frame.along);
+    const Vec3 n0 = frame.outward, n1 = unit_or_zero(area_vector(scene, edge.triangle[1]));
+    const double dip = -dot(n0, frame.inward1), length = norm(frame.inward1); // ratio: sine of the turn
+    frame.convex = dip > flat_edge * length;
+    if (dip < rim_sharpness * length && dot(n0, n1) > 0.0) frame.tilt = direction_tolerance;
+    frame.outward = n0 + n1;
+    return frame;
 }
 
-// Outward direction at a vertex, faces weighted by their angle: has the right sign for every point whose
-// nearest surface point is the vertex (Baerentzen and Aanaes 2005).
-inline Vec3 vertex_normal(const TriangleScene& scene, std::uint32_t vertex) {
+// Outward direction at a vertex, faces weighted by their angle: has the right sign for every point whose nearest
+// surface point is the vertex (Baerentzen and Aanaes 2005).
+inline Vec3 vertex_outward(const TriangleScene& scene, std::uint32_t vertex) {
     Vec3 sum;
     for (const std::uint32_t position : scene.around(vertex)) {
         const auto& t = scene.triangles()[position];
@@ -77,148 +90,133 @@ inline Vec3 vertex_normal(const TriangleScene& scene, std::uint32_t vertex) {
         const Vec3 e = scene.corner(t, (k + 1) % 3) - scene.corner(t, k);
         const Vec3 f = scene.corner(t, (k + 2) % 3) - scene.corner(t, k);
         const double angle = std::atan2(norm(cross(e, f)), dot(e, f));
-        sum = sum + angle * face_normal(scene, position);
+        sum = sum + angle * unit_or_zero(area_vector(scene, position));
     }
     return sum;
 }
 
-inline bool is_minimum_at_vertex(const TriangleScene& scene, std::uint32_t vertex, Vec3 d) {
+inline bool vertex_is_nearest_along(const TriangleScene& scene, std::uint32_t vertex, Vec3 d) {
     const Vec3 v = scene.vertices()[vertex];
     for (const std::uint32_t position : scene.around(vertex))
         for (const std::uint32_t other : scene.triangles()[position].vertex)
-            if (other != vertex && !leans_away(d, scene.vertices()[other] - v, direction_tolerance))
-                return false;
+            if (other != vertex && !leans_away(d, scene.vertices()[other] - v, direction_tolerance)) return false;
     return true;
 }
 
-// Part of w across the direction e.
-inline Vec3 across(Vec3 w, Vec3 e) {
-    return w - (dot(w, e) / norm2(e)) * e;
-}
-
-// Completes a minimum at `point` seen along d = c - point; `outward` decides the side, and the normal where d
-// has no direction. Returns false where neither has.
+// Completes a minimum seen along d, from its point; `outward` decides the side, and the normal where d has no
+// direction. Returns false where neither has.
 inline bool complete(Minimum& minimum, Vec3 d, Vec3 outward) {
     minimum.distance = norm(d);
     minimum.behind = dot(d, outward) < 0.0;
     Vec3 n = minimum.behind ? -d : d;
     if (minimum.distance < 1e-9) n = outward; // a nanometre: the direction of d is noise
-    const double length = norm(n);
-    if (!(length > 0.0)) return false;
-    minimum.normal = (1.0 / length) * n;
-    return true;
+    minimum.normal = unit_or_zero(n);
+    return minimum.normal != Vec3{};
 }
 
 } // namespace detail
 
-template<class Found>
-void minima_at_point(const TriangleScene& scene, std::uint32_t position, Vec3 c, double reach,
-                     Found&& found) {
-    using namespace detail;
+// Of point c over the inside of a face.
+inline bool face_minimum(const TriangleScene& scene, std::uint32_t position, Vec3 c, double reach,
+                         Minimum& minimum) {
     const TriangleScene::Triangle& triangle = scene.triangles()[position];
-    const auto [point, part] = closest_on_triangle(c, scene.corner(triangle, 0), scene.corner(triangle, 1),
-                                                   scene.corner(triangle, 2));
-    const Vec3 d = c - point;
-    if (!(norm2(d) <= reach * reach)) return;
-    Minimum minimum{.point = point,
-                    .normal = {},
-                    .distance = 0,
-                    .t = 0,
-                    .part = 0,
-                    .position = position,
-                    .behind = false};
-    const int k = static_cast<int>(part) % 3;
-    if (part == TrianglePart::face) {
-        minimum.part = face_part(triangle.key);
-        const Vec3 n = face_normal(scene, position);
-        if (!complete(minimum, d, n)) return;
-        minimum.normal = n; // truer than d's direction when d is short
-    } else if (part >= TrianglePart::edge0) {
-        if (!(triangle.owns >> k & 1)) return;
-        const TriangleScene::Edge& edge = scene.edges()[triangle.edge[k]];
-        if (edge.triangle[1] != TriangleScene::none) {
-            const Vec3 a = scene.vertices()[edge.vertex[0]], e = scene.vertices()[edge.vertex[1]] - a;
-            const Vec3 m = across(scene.vertices()[edge.opposite[1]] - a, e);
-            if (!leans_away(d, m, direction_tolerance)) return;
-        }
-        minimum.part = edge_part(triangle.edge[k]);
-        if (!complete(minimum, d, edge_normal(scene, edge))) return;
-    } else {
-        if (!(triangle.owns >> (3 + k) & 1)) return;
-        if (!is_minimum_at_vertex(scene, triangle.vertex[k], d)) return;
-        minimum.part = vertex_part(triangle.vertex[k]);
-        if (!complete(minimum, d, vertex_normal(scene, triangle.vertex[k]))) return;
+    const Vec3 corners[3] = {scene.corner(triangle, 0), scene.corner(triangle, 1), scene.corner(triangle, 2)};
+    const Vec3 n = cross(corners[1] - corners[0], corners[2] - corners[0]);
+    const double nn = norm2(n), height = dot(c - corners[0], n); // height times |n|
+    if (!(nn > 0.0) || height * height > reach * reach * nn) return false;
+    const double slack = 1.5 * detail::flat_edge * std::fabs(height);
+    for (int k = 0; k < 3; ++k) {
+        const Vec3 e = corners[(k + 1) % 3] - corners[k];
+        const double inside = dot(cross(n, e), c - corners[k]); // times |n| |e|
+        if (inside < 0.0 && inside * inside > slack * slack * norm2(e)) return false;
     }
-    found(minimum);
+    const double length = std::sqrt(nn);
+    minimum.behind = height < 0.0;
+    minimum.distance = std::fabs(height) / length;
+    minimum.normal = (1.0 / length) * n;
+    minimum.point = c - (height / nn) * n;
+    minimum.t = 0.0;
+    minimum.part = triangle.key;
+    minimum.position = position;
+    return true;
 }
 
-template<class Found>
-void minima_along_segment(const TriangleScene& scene, std::uint32_t position, Vec3 p0, Vec3 p1, double reach,
-                          Found&& found) {
+// Of point c at an edge: a convex one, or when `behind` any one.
+inline bool edge_minimum(const TriangleScene& scene, std::uint32_t index, Vec3 c, double reach, bool behind,
+                         Minimum& minimum) {
     using namespace detail;
-    const TriangleScene::Triangle& triangle = scene.triangles()[position];
-    const Vec3 u = p1 - p0;
-    const double uu = norm2(u);
-    if (!(uu > 0.0)) return;
-    for (int k = 0; k < 3; ++k) {
-        if (!(triangle.owns >> k & 1)) continue;
-        const TriangleScene::Edge& edge = scene.edges()[triangle.edge[k]];
-        const Vec3 a = scene.vertices()[edge.vertex[0]], e = scene.vertices()[edge.vertex[1]] - a;
-        const Vec3 w = p0 - a;
-        const double ee = norm2(e), ue = dot(u, e), uw = dot(u, w), ew = dot(e, w);
-        const double det = uu * ee - ue * ue;
-        if (!(det > 1e-8 * uu * ee)) continue; // parallel to 0.1 mrad: ends and vertices see it
-        const double t = (ue * ew - ee * uw) / det, s = (uu * ew - ue * uw) / det;
-        if (!(t > 0.0 && t < 1.0 && s > 0.0 && s < 1.0)) continue;
-        const Vec3 point = a + s * e, d = p0 + t * u - point;
-        if (!(norm2(d) <= reach * reach)) continue;
+    const TriangleScene::Edge& edge = scene.edges()[index];
+    const Vec3 a = scene.vertices()[edge.vertex[0]], e = scene.vertices()[edge.vertex[1]] - a;
+    const double s = dot(c - a, e) / norm2(e);
+    if (!(s >= 0.0 && s <= 1.0)) return false;
+    minimum.point = a + s * e;
+    const Vec3 d = c - minimum.point;
+    if (!(norm2(d) <= reach * reach)) return false;
+    const EdgeFrame frame = edge_frame(scene, edge);
+    if (!behind && !frame.convex) return false;
+    if (!leans_away(d, frame.inward0, direction_tolerance) || !leans_away(d, frame.inward1, direction_tolerance))
+        return false;
+    minimum.t = 0.0;
+    minimum.part = 1ull << 32 | index;
+    minimum.position = edge.triangle[0];
+    return complete(minimum, d, frame.outward);
+}
 
-        const Vec3 n0 = face_normal(scene, edge.triangle[0]);
-        Vec3 outward = n0;
-        const Vec3 m0 = across(scene.vertices()[edge.opposite[0]] - a, e);
-        Vec3 m1{};
-        double slack = rim_tilt;
-        if (edge.triangle[1] != TriangleScene::none) {
-            m1 = across(scene.vertices()[edge.opposite[1]] - a, e);
-            const double dip = -dot(n0, m1), length = norm(m1); // sine of the turn over a convex edge
-            if (!(dip > 1e-6 * length)) continue;
-            const Vec3 n1 = face_normal(scene, edge.triangle[1]);
-            if (dip < rim_sharpness * length && dot(n0, n1) > 0.0) slack = direction_tolerance;
-            outward = outward + n1;
-        }
-        Minimum minimum{.point = point,
-                        .normal = {},
-                        .distance = 0,
-                        .t = t,
-                        .part = edge_part(triangle.edge[k]),
-                        .position = position,
-                        .behind = false};
-        if (!complete(minimum, d, outward)) continue;
-        // Towards the outside at an edge, hence the sign: seen from behind it is the edge that was passed.
-        if (!leans_away(minimum.normal, m0, slack) || !leans_away(minimum.normal, m1, slack)) continue;
-        found(minimum);
-    }
-    for (int k = 0; k < 3; ++k) {
-        if (!(triangle.owns >> (3 + k) & 1)) continue;
-        const Vec3 v = scene.corner(triangle, k);
-        const double t = dot(v - p0, u) / uu;
-        if (!(t > 0.0 && t < 1.0)) continue;
-        const Vec3 d = p0 + t * u - v;
-        if (!(norm2(d) <= reach * reach)) continue;
-        Minimum minimum{.point = v,
-                        .normal = {},
-                        .distance = 0,
-                        .t = t,
-                        .part = vertex_part(triangle.vertex[k]),
-                        .position = position,
-                        .behind = false};
-        // The fan decides before the normal, which costs more; as for edges, both directions are asked for.
-        const bool front = is_minimum_at_vertex(scene, triangle.vertex[k], d);
-        if (!front && !is_minimum_at_vertex(scene, triangle.vertex[k], -d)) continue;
-        if (!complete(minimum, d, vertex_normal(scene, triangle.vertex[k]))) continue;
-        if (minimum.behind == front) continue;
-        found(minimum);
-    }
+// Of point c at a vertex.
+inline bool vertex_minimum(const TriangleScene& scene, std::uint32_t vertex, Vec3 c, double reach,
+                           Minimum& minimum) {
+    using namespace detail;
+    minimum.point = scene.vertices()[vertex];
+    const Vec3 d = c - minimum.point;
+    if (!(norm2(d) <= reach * reach) || !vertex_is_nearest_along(scene, vertex, d)) return false;
+    minimum.t = 0.0;
+    minimum.part = 2ull << 32 | vertex;
+    minimum.position = scene.owner(vertex);
+    return complete(minimum, d, vertex_outward(scene, vertex));
+}
+
+// Of the inside (0 < t < 1) of segment p0-p1 at a convex edge. Seen from behind it is an edge that was passed.
+inline bool edge_minimum_along(const TriangleScene& scene, std::uint32_t index, Vec3 p0, Vec3 p1, double reach,
+                               Minimum& minimum) {
+    using namespace detail;
+    const TriangleScene::Edge& edge = scene.edges()[index];
+    const Vec3 a = scene.vertices()[edge.vertex[0]], e = scene.vertices()[edge.vertex[1]] - a;
+    const Vec3 u = p1 - p0, w = p0 - a;
+    const double uu = norm2(u), ee = norm2(e), ue = dot(u, e), uw = dot(u, w), ew = dot(e, w);
+    const double det = uu * ee - ue * ue;
+    if (!(det > 1e-8 * uu * ee)) return false; // parallel to 0.1 mrad: ends and vertices see it
+    const double t = (ue * ew - ee * uw) / det, s = (uu * ew - ue * uw) / det;
+    if (!(t > 0.0 && t < 1.0 && s >= 0.0 && s <= 1.0)) return false;
+    minimum.point = a + s * e;
+    const Vec3 d = p0 + t * u - minimum.point;
+    if (!(norm2(d) <= reach * reach)) return false;
+    const EdgeFrame frame = edge_frame(scene, edge);
+    if (!frame.convex) return false;
+    minimum.t = t;
+    minimum.part = 1ull << 32 | index;
+    minimum.position = edge.triangle[0];
+    // By the normal, not by d: from either side of the surface an edge is touched where it sticks out.
+    return complete(minimum, d, frame.outward) && leans_away(minimum.normal, frame.inward0, frame.tilt) &&
+           leans_away(minimum.normal, frame.inward1, frame.tilt);
+}
+
+// Of the inside (0 < t < 1) of segment p0-p1 at a vertex.
+inline bool vertex_minimum_along(const TriangleScene& scene, std::uint32_t vertex, Vec3 p0, Vec3 p1,
+                                 double reach, Minimum& minimum) {
+    using namespace detail;
+    minimum.point = scene.vertices()[vertex];
+    const Vec3 u = p1 - p0;
+    const double t = dot(minimum.point - p0, u) / norm2(u);
+    if (!(t > 0.0 && t < 1.0)) return false;
+    const Vec3 d = p0 + t * u - minimum.point;
+    if (!(norm2(d) <= reach * reach)) return false;
+    // The neighbours decide before the normal, which costs more.
+    const bool front = vertex_is_nearest_along(scene, vertex, d);
+    if (!front && !vertex_is_nearest_along(scene, vertex, -d)) return false;
+    minimum.t = t;
+    minimum.part = 2ull << 32 | vertex;
+    minimum.position = scene.owner(vertex);
+    return complete(minimum, d, vertex_outward(scene, vertex)) && minimum.behind != front;
 }
 
 } // namespace calot::geometry

@@ -1,8 +1,7 @@
 #include "geometry/triangle_scene.hpp"
 
-#include "geometry/distance.hpp"
-
 #include <algorithm>
+#include <atomic>
 #include <stdexcept>
 #include <unordered_map>
 
@@ -18,6 +17,12 @@ constexpr double farthest_coordinate = 1000.0;
 bool acceptable(double coordinate) {
     return std::fabs(coordinate) <= farthest_coordinate;
 } // false for NaN
+
+// Never shown to anyone and never part of a result: only tells contents apart.
+std::uint64_t next_version() {
+    static std::atomic<std::uint64_t> last{0};
+    return ++last;
+}
 
 struct CoordinatesHash {
     std::size_t operator()(const Vec3& v) const {
@@ -43,11 +48,15 @@ TriangleScene::TriangleScene(std::span<const OrganSurface> organs) {
     std::size_t total = 0;
     for (const OrganSurface& organ : organs)
         total += organ.triangles.size() / 3;
-    if (total > most_triangles) throw std::invalid_argument("more than 4,000,000 triangles in one scene");
+    if (total > most_triangles) throw std::invalid_argument("more than 1,000,000 triangles in one scene");
     triangles_.reserve(total);
     for (const OrganSurface& organ : organs)
         add_organ(organ);
-    connect();
+    sort_into_leaves();
+    find_edges();
+    find_fans();
+    make_screens();
+    version_ = next_version();
 }
 
 void TriangleScene::add_organ(const OrganSurface& organ) {
@@ -103,28 +112,28 @@ void TriangleScene::add_organ(const OrganSurface& organ) {
     }
 }
 
-Box TriangleScene::triangle_box(const Triangle& triangle) const {
-    const Vec3 a = corner(triangle, 0), b = corner(triangle, 1), c = corner(triangle, 2);
-    Box box = box_of(a, b, 0.0);
-    box.merge(box_of(c, c, 0.0));
-    return box;
-}
-
-// Builds the tree, puts the triangles into its order, and finds edges and fans.
-void TriangleScene::connect() {
-    boxes_.resize(triangles_.size());
-    for (std::size_t i = 0; i < triangles_.size(); ++i)
-        boxes_[i] = triangle_box(triangles_[i]);
-    tree_.build(boxes_);
-    std::vector<Triangle> given = std::move(triangles_);
-    std::vector<Box> given_boxes = std::move(boxes_);
+void TriangleScene::sort_into_leaves() {
+    rounded_.resize(vertices_.size());
+    for (std::size_t v = 0; v < vertices_.size(); ++v)
+        rounded_[v] = {static_cast<float>(vertices_[v].x), static_cast<float>(vertices_[v].y),
+                       static_cast<float>(vertices_[v].z), 0.0f};
+    std::vector<Box> boxes(triangles_.size());
+    for (std::size_t i = 0; i < triangles_.size(); ++i) {
+        const Vec3 a = corner(triangles_[i], 0), b = corner(triangles_[i], 1), c = corner(triangles_[i], 2);
+        boxes[i] = box_of(a, b, 0.0);
+        boxes[i].merge(box_of(c, c, 0.0));
+    }
+    tree_.build(boxes);
+    const std::vector<Triangle> given = std::move(triangles_);
     triangles_.resize(given.size());
-    boxes_.resize(given.size());
+    corners_.resize(given.size());
     for (std::size_t i = 0; i < given.size(); ++i) {
         triangles_[i] = given[tree_.order()[i]];
-        boxes_[i] = given_boxes[tree_.order()[i]];
+        corners_[i] = triangles_[i].vertex;
     }
+}
 
+void TriangleScene::find_edges() {
     struct HalfEdge {
         std::uint32_t low, high, triangle;
         std::uint8_t side;
@@ -159,7 +168,9 @@ void TriangleScene::connect() {
         edges_.push_back(edge);
         i = end;
     }
+}
 
+void TriangleScene::find_fans() {
     fan_starts_.assign(vertices_.size() + 1, 0);
     for (const Triangle& triangle : triangles_)
         for (const std::uint32_t v : triangle.vertex)
@@ -171,12 +182,12 @@ void TriangleScene::connect() {
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
         for (const std::uint32_t v : triangles_[t].vertex)
             fans_[filled[v]++] = t;
+    owners_.assign(vertices_.size(), none);
     for (std::uint32_t v = 0; v < vertices_.size(); ++v) {
         if (around(v).empty()) continue; // used by triangles without area only, or by none
-        const auto key = [&](std::uint32_t a, std::uint32_t b) {
-            return triangles_[a].key < triangles_[b].key;
-        };
-        Triangle& owner = triangles_[*std::min_element(around(v).begin(), around(v).end(), key)];
+        const auto key = [&](std::uint32_t a, std::uint32_t b) { return triangles_[a].key < triangles_[b].key; };
+        owners_[v] = *std::min_element(around(v).begin(), around(v).end(), key);
+        Triangle& owner = triangles_[owners_[v]];
         for (int k = 0; k < 3; ++k)
             if (owner.vertex[k] == v) owner.owns |= static_cast<std::uint8_t>(8u << k);
     }
@@ -184,38 +195,40 @@ void TriangleScene::connect() {
 
 bool TriangleScene::move_vertices(std::span<const double> vertices) {
     if (vertices.size() != 3 * source_to_vertex_.size()) return false;
-    if (!std::all_of(vertices.begin(), vertices.end(), acceptable)) return false;
-    for (std::size_t v = 0; v < source_to_vertex_.size(); ++v)
-        vertices_[source_to_vertex_[v]] = {vertices[3 * v], vertices[3 * v + 1], vertices[3 * v + 2]};
-    for (std::size_t i = 0; i < triangles_.size(); ++i)
-        boxes_[i] = triangle_box(triangles_[i]);
-    tree_.refit(boxes_);
-    ++generation_;
+    bool all_acceptable = true;
+    for (const double coordinate : vertices) all_acceptable &= acceptable(coordinate);
+    if (!all_acceptable) return false;
+    for (std::size_t v = 0; v < source_to_vertex_.size(); ++v) {
+        const double* p = &vertices[3 * v];
+        const std::uint32_t to = source_to_vertex_[v];
+        vertices_[to] = {p[0], p[1], p[2]};
+        rounded_[to] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0.0f};
+    }
+    tree_.refit([this](std::uint32_t leaf) { return leaf_box(leaf); });
+    faces_.clear();
+    version_ = next_version();
     return true;
 }
 
-NearestPoint nearest_point(const TriangleScene& scene, Vec3 p, double reach) {
-    NearestPoint best;
-    if (!is_finite(p) || !(reach >= 0.0)) return best;
-    double best_distance2 = reach * reach;
-    std::uint32_t best_key = TriangleScene::none;
-    scene.tree().nearest(p, best_distance2, [&](std::uint32_t first, std::uint32_t last) {
-        for (std::uint32_t i = first; i < last; ++i) {
-            const TriangleScene::Triangle& t = scene.triangles()[i];
-            const Vec3 point =
-                closest_on_triangle(p, scene.corner(t, 0), scene.corner(t, 1), scene.corner(t, 2)).point;
-            const double distance2 = norm2(p - point);
-            if (distance2 < best_distance2 || (distance2 == best_distance2 && t.key < best_key)) {
-                best_distance2 = distance2;
-                best_key = t.key;
-                best.position = i;
-                best.point = point;
-            }
-        }
-        return best_distance2;
-    });
-    if (best) best.distance = std::sqrt(best_distance2);
-    return best;
+// Rounding to float is monotonous: the least of rounded coordinates, rounded down once more, bounds the exact ones.
+Box TriangleScene::leaf_box(std::uint32_t leaf) const {
+    using Float4 = float __attribute__((vector_size(16)));
+    const auto load = [&](std::uint32_t v) { return *reinterpret_cast<const Float4*>(&rounded_[v]); };
+    const auto less = [](Float4 a, Float4 b) { return a < b ? a : b; };
+    const auto more = [](Float4 a, Float4 b) { return a > b ? a : b; };
+    const std::uint32_t first = tree_.leaf_begin(leaf), last = tree_.leaf_begin(leaf + 1);
+    Float4 lo = load(corners_[first][0]), hi = lo;
+    for (std::uint32_t i = first; i < last; ++i) {
+        const Float4 a = load(corners_[i][0]), b = load(corners_[i][1]), c = load(corners_[i][2]);
+        lo = less(less(lo, a), less(b, c));
+        hi = more(more(hi, a), more(b, c));
+    }
+    Box box;
+    for (int k = 0; k < 3; ++k) {
+        box.lo[k] = rounded_down(lo[k]);
+        box.hi[k] = rounded_up(hi[k]);
+    }
+    return box;
 }
 
 } // namespace calot::geometry

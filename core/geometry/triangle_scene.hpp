@@ -29,7 +29,7 @@ struct OrganSurface {
 class TriangleScene {
   public:
     static constexpr std::size_t most_organs = 256;
-    static constexpr std::size_t most_triangles = 4'000'000;
+    static constexpr std::size_t most_triangles = 1'000'000;
     static constexpr std::uint32_t none = 0xffffffffu;
 
     struct Triangle {
@@ -44,10 +44,22 @@ class TriangleScene {
     };
 
     struct Edge {
-        std::array<std::uint32_t, 2> vertex; // ends
-        std::array<std::uint32_t, 2>
-            triangle; // positions of the triangles it joins; second `none` at a border
+        std::array<std::uint32_t, 2> vertex;   // ends
+        std::array<std::uint32_t, 2> triangle; // positions of the triangles it joins; second `none` at a border
         std::array<std::uint32_t, 2> opposite; // the vertex of each that is not on the edge
+    };
+
+    // What may be touched from outside, in single precision and packed by leaf, for quick refusals that leave a
+    // margin of screen_tolerance(): the decision is always the double precision's.
+    struct alignas(32) FaceBlock { // of one leaf, lane by lane; unused lanes lie infinitely deep
+        float normal[3][8], offset[8];           // height over the plane: normal . p - offset
+        float inward[3][3][8], inward_offset[3][8]; // of edge k, in the plane: likewise
+    };
+    struct alignas(64) EdgeScreen { // a convex edge
+        float start[3], along[3], length; // along: unit
+        float inward0[3], inward1[3];     // unit, in the planes of its faces; 0 where there is none
+        float rim;                        // allowed tilt, rad
+        std::uint32_t edge;
     };
 
     TriangleScene() = default;
@@ -65,8 +77,8 @@ class TriangleScene {
     // km.
     bool move_vertices(std::span<const double> vertices);
 
-    // Grows with every move_vertices: candidates cached for an older one are void.
-    std::uint64_t generation() const { return generation_; }
+    // Another number for any other content, within this process: candidates kept for another are void.
+    std::uint64_t version() const { return version_; }
 
     bool empty() const { return triangles_.empty(); }
     std::size_t organ_count() const { return friction_.size(); }
@@ -77,6 +89,7 @@ class TriangleScene {
     // Triangles, in the order of the tree's leaves ("positions").
     std::span<const Triangle> triangles() const { return triangles_; }
     std::span<const Vec3> vertices() const { return vertices_; }
+    // Edges, in an order that does not depend on the tree.
     std::span<const Edge> edges() const { return edges_; }
     // Positions of the triangles around a vertex, ascending.
     std::span<const std::uint32_t> around(std::uint32_t vertex) const {
@@ -87,23 +100,51 @@ class TriangleScene {
         return table[triangle.region < table.size() ? triangle.region : 0];
     }
     Vec3 corner(const Triangle& triangle, int k) const { return vertices_[triangle.vertex[k]]; }
+    // The triangle that owns a vertex; none for one that no triangle uses.
+    std::uint32_t owner(std::uint32_t vertex) const { return owners_[vertex]; }
     const Bvh& tree() const { return tree_; }
+
+    // Screens exist until vertices are moved: for moving surfaces their upkeep would cost more than it saves.
+    bool has_screens() const { return !faces_.empty(); }
+    const FaceBlock& faces(std::uint32_t leaf) const { return faces_[leaf]; }
+    std::span<const EdgeScreen> convex_edges(std::uint32_t leaf) const {
+        return std::span(edge_screens_).subspan(leaf_edges_[leaf], leaf_edges_[leaf + 1] - leaf_edges_[leaf]);
+    }
+    std::span<const std::uint32_t> owned_vertices(std::uint32_t leaf) const {
+        return std::span(leaf_vertices_).subspan(leaf_vertex_begins_[leaf],
+                                                 leaf_vertex_begins_[leaf + 1] - leaf_vertex_begins_[leaf]);
+    }
+    float screen_tolerance() const { return screen_tolerance_; }
 
   private:
     void add_organ(const OrganSurface& organ);
-    void connect();
-    Box triangle_box(const Triangle& triangle) const;
+    void sort_into_leaves();
+    void find_edges();
+    void find_fans();
+    void make_screens();
+    Box leaf_box(std::uint32_t leaf) const;
 
     std::vector<Triangle> triangles_;
     std::vector<Vec3> vertices_;
     std::vector<std::uint32_t> source_to_vertex_; // vertices as given -> merged
     std::vector<Edge> edges_;
-    std::vector<std::uint32_t> fan_starts_, fans_;
+    std::vector<std::uint32_t> fan_starts_, fans_, owners_;
     std::vector<std::vector<double>> friction_; // [organ][region]
-    std::vector<Box> boxes_;                    // by position; kept for refits
     Bvh tree_;
-    std::uint64_t generation_ = 0;
+    std::uint64_t version_ = 0;
     std::size_t skipped_ = 0, irregular_edges_ = 0;
+
+    // What moving touches, small: triangles' vertices by position, and the vertices in single precision.
+    struct alignas(16) Vertex4 {
+        float x, y, z, unused;
+    };
+    std::vector<std::array<std::uint32_t, 3>> corners_;
+    std::vector<Vertex4> rounded_;
+
+    std::vector<FaceBlock> faces_;
+    std::vector<EdgeScreen> edge_screens_;
+    std::vector<std::uint32_t> leaf_edges_, leaf_vertices_, leaf_vertex_begins_;
+    float screen_tolerance_ = 0;
 };
 
 // The nearest point of the scene to p not farther than `reach`.

@@ -26,8 +26,8 @@ template<class Crossing>
 void shoot(const TriangleScene& scene, Vec3 p, Crossing&& crossing) {
     Box ray = box_of(p, p, 0.0);
     ray.hi[2] = std::numeric_limits<float>::max();
-    scene.tree().overlapping(ray, [&](std::uint32_t first, std::uint32_t last) {
-        for (std::uint32_t i = first; i < last; ++i) {
+    scene.tree().overlapping(ray, [&](std::uint32_t leaf) {
+        for (std::uint32_t i = scene.tree().leaf_begin(leaf); i < scene.tree().leaf_begin(leaf + 1); ++i) {
             const TriangleScene::Triangle& t = scene.triangles()[i];
             // Rounding of these differences moves a vertex alike for all of its triangles: still watertight.
             const Vec3 a = scene.corner(t, 0) - p, b = scene.corner(t, 1) - p, c = scene.corner(t, 2) - p;
