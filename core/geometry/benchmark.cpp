@@ -77,7 +77,6 @@ BENCHMARK(build)->Arg(72)->Arg(225)->Unit(benchmark::kMillisecond);
 // Nearest point within 6 mm of each of 100 points along the wall.
 void spheres_100(benchmark::State& state) {
     const TriangleScene& scene = wall();
-    const Chain chain = Shaft(100, 0).chain();
     std::vector<Vec3> points;
     const Shaft shaft(100, 0);
     for (std::size_t i = 0; i < 100; ++i) points.push_back(shaft.chain().node(i));

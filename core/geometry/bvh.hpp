@@ -86,6 +86,11 @@ class Bvh {
     template<class Visit>
     void overlapping(const Box& query, Visit&& visit) const;
 
+    // The same for a capsule: leaves whose box overlaps that of segment a-b grown by `radius`, and comes as near to
+    // its middle as any point of the capsule does.
+    template<class Visit>
+    void around_segment(Vec3 a, Vec3 b, double radius, Visit&& visit) const;
+
     // Calls visit(leaf) -> double for leaves that may be nearer to p than the squared distance `limit2`, nearest
     // boxes first; visit returns the new limit. Leaves at exactly the limit are visited too.
     template<class Visit>
@@ -99,6 +104,8 @@ class Bvh {
         }
     }
     static Box box_of_children(const Node& node);
+    template<class Pass, class Visit>
+    void walk(Pass&& pass, Visit&& visit) const;
 
     std::vector<Node> nodes_;
     std::vector<std::uint32_t> order_;
@@ -129,24 +136,16 @@ inline unsigned mask8(Int8 lanes) {
 
 } // namespace detail
 
-template<class Visit>
-void Bvh::overlapping(const Box& query, Visit&& visit) const {
-    using namespace detail;
+// Walks the tree through the slots for which pass(node) sets the lane.
+template<class Pass, class Visit>
+void Bvh::walk(Pass&& pass, Visit&& visit) const {
     if (nodes_.empty()) return;
     std::uint32_t stack[stack_size];
     int top = 0;
     stack[top++] = 0;
-    Float8 lo[3], hi[3];
-    for (int k = 0; k < 3; ++k) {
-        lo[k] = splat8(query.lo[k]);
-        hi[k] = splat8(query.hi[k]);
-    }
     while (top > 0) {
         const Node& node = nodes_[stack[--top]];
-        const Int8 hit = (load8(node.lo[0]) <= hi[0]) & (load8(node.hi[0]) >= lo[0]) &
-                         (load8(node.lo[1]) <= hi[1]) & (load8(node.hi[1]) >= lo[1]) &
-                         (load8(node.lo[2]) <= hi[2]) & (load8(node.hi[2]) >= lo[2]);
-        for (unsigned mask = mask8(hit); mask != 0; mask &= mask - 1) {
+        for (unsigned mask = detail::mask8(pass(node)); mask != 0; mask &= mask - 1) {
             const int i = __builtin_ctz(mask);
             if (node.leaf[i])
                 visit(node.child[i]);
@@ -154,6 +153,53 @@ void Bvh::overlapping(const Box& query, Visit&& visit) const {
                 stack[top++] = node.child[i];
         }
     }
+}
+
+namespace detail {
+
+struct BoxLanes {
+    Float8 lo[3], hi[3];
+
+    explicit BoxLanes(const Box& box) {
+        for (int k = 0; k < 3; ++k) {
+            lo[k] = splat8(box.lo[k]);
+            hi[k] = splat8(box.hi[k]);
+        }
+    }
+    Int8 overlap(const Bvh::Node& node) const {
+        return (load8(node.lo[0]) <= hi[0]) & (load8(node.hi[0]) >= lo[0]) & (load8(node.lo[1]) <= hi[1]) &
+               (load8(node.hi[1]) >= lo[1]) & (load8(node.lo[2]) <= hi[2]) & (load8(node.hi[2]) >= lo[2]);
+    }
+    // Square of the distance to the slots' boxes, never too long by rounding.
+    Float8 distance2(const Bvh::Node& node) const {
+        const Float8 zero = splat8(0.0f);
+        Float8 sum = zero;
+        for (int k = 0; k < 3; ++k) {
+            const Float8 below = load8(node.lo[k]) - hi[k], above = lo[k] - load8(node.hi[k]);
+            Float8 outside = below > above ? below : above;
+            outside = outside > zero ? outside : zero;
+            sum += outside * outside;
+        }
+        return sum * splat8(1.0f - 0x1p-20f);
+    }
+};
+
+} // namespace detail
+
+template<class Visit>
+void Bvh::overlapping(const Box& query, Visit&& visit) const {
+    const detail::BoxLanes lanes(query);
+    walk([&](const Node& node) { return lanes.overlap(node); }, visit);
+}
+
+template<class Visit>
+void Bvh::around_segment(Vec3 a, Vec3 b, double radius, Visit&& visit) const {
+    const detail::BoxLanes lanes(box_of(a, b, radius));
+    const Vec3 middle = 0.5 * (a + b);
+    const detail::BoxLanes centre(box_of(middle, middle, 0.0)); // a tiny box: rounded outwards
+    const double farthest = 0.5 * norm(b - a) + radius;
+    const detail::Float8 limit = detail::splat8(rounded_up(farthest * farthest));
+    walk([&](const Node& node) { return lanes.overlap(node) & (centre.distance2(node) <= limit); }, visit);
 }
 
 template<class Visit>
@@ -168,13 +214,7 @@ void Bvh::nearest(Vec3 p, double limit2, Visit&& visit) const {
     Entry stack[stack_size];
     int top = 0;
     stack[top++] = {0.0f, 0, false};
-    // The point as a tiny box, so that its rounding to float cannot make a distance too long.
-    Float8 lo[3], hi[3];
-    for (int k = 0; k < 3; ++k) {
-        lo[k] = splat8(rounded_down(p[k]));
-        hi[k] = splat8(rounded_up(p[k]));
-    }
-    const Float8 zero = splat8(0.0f);
+    const BoxLanes point(box_of(p, p, 0.0)); // a tiny box: rounded outwards
     while (top > 0) {
         const Entry entry = stack[--top];
         if (static_cast<double>(entry.distance2) > limit2) continue;
@@ -183,15 +223,7 @@ void Bvh::nearest(Vec3 p, double limit2, Visit&& visit) const {
             continue;
         }
         const Node& node = nodes_[entry.child];
-        Float8 distance2 = zero;
-        for (int k = 0; k < 3; ++k) {
-            const Float8 below = load8(node.lo[k]) - hi[k];
-            const Float8 above = lo[k] - load8(node.hi[k]);
-            Float8 outside = below > above ? below : above;
-            outside = outside > zero ? outside : zero;
-            distance2 += outside * outside;
-        }
-        distance2 *= splat8(1.0f - 0x1p-20f);
+        const Float8 distance2 = point.distance2(node);
         // Beyond the largest float nothing is out of reach; empty slots are at infinity and never pass.
         const double reach = limit2 < 1e38 ? limit2 : 1e38;
         unsigned mask = mask8(distance2 <= splat8(rounded_up(reach)));

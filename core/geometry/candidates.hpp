@@ -30,7 +30,8 @@ class Candidates {
   public:
     // Ends may move this far, m, before the tree is asked again: small enough for short lists, large enough for
     // several ticks of the fastest motion.
-    static constexpr double slack = 1e-3;
+    static constexpr double slack = 2e-3;
+    static constexpr std::size_t most_edges = 128;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
         return version_ == version && reach <= reach_ && norm2(p0 - q0_) <= slack * slack &&
@@ -42,18 +43,46 @@ class Candidates {
 
     bool complete() const { return complete_; }
     std::span<const std::uint32_t> faces() const { return {faces_.data(), face_count_}; }
-    std::span<const std::uint32_t> edges() const { return {edges_.data(), edge_count_}; }
     std::span<const std::uint32_t> vertices() const { return {vertices_.data(), vertex_count_}; }
 
+    // Calls at_point(edge) for the edges that p0 may touch now, inside(edge) for those that the inside of p0-p1 may.
+    template<class AtPoint, class Inside>
+    void edges(Vec3 p0, Vec3 p1, double reach, AtPoint&& at_point, Inside&& inside) const;
+
   private:
+    // Edges lane by lane, places relative to q0: in single precision good to a few nanometres.
+    struct alignas(32) EdgeBlock {
+        float start[3][8], along[3][8], length[8], inward0[3][8], inward1[3][8], tilt[8];
+        std::uint32_t edge[8];
+    };
+    struct EdgeLanes {
+        unsigned at_point, inside;
+    };
+    EdgeLanes screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const;
+    void add_edge(const TriangleScene::EdgeScreen& screen);
+
     std::uint64_t version_ = 0;
     Vec3 q0_, q1_;
     double reach_ = 0;
+    float tolerance_ = 0;
     bool complete_ = false;
     std::uint32_t face_count_ = 0, edge_count_ = 0, vertex_count_ = 0;
     std::array<std::uint32_t, 64> faces_;
-    std::array<std::uint32_t, 96> edges_;
     std::array<std::uint32_t, 64> vertices_;
+    std::array<EdgeBlock, most_edges / 8> edges_;
 };
+
+template<class AtPoint, class Inside>
+void Candidates::edges(Vec3 p0, Vec3 p1, double reach, AtPoint&& at_point, Inside&& inside) const {
+    for (std::uint32_t first = 0; first < edge_count_; first += 8) {
+        const EdgeBlock& block = edges_[first / 8];
+        EdgeLanes lanes = screen(block, p0 - q0_, p1 - q0_, static_cast<float>(reach));
+        const unsigned used = edge_count_ - first >= 8 ? 0xffu : (1u << (edge_count_ - first)) - 1;
+        for (lanes.at_point &= used; lanes.at_point != 0; lanes.at_point &= lanes.at_point - 1)
+            at_point(block.edge[__builtin_ctz(lanes.at_point)]);
+        for (lanes.inside &= used; lanes.inside != 0; lanes.inside &= lanes.inside - 1)
+            inside(block.edge[__builtin_ctz(lanes.inside)]);
+    }
+}
 
 } // namespace calot::geometry

@@ -98,6 +98,7 @@ static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) == 64);
 constexpr std::size_t most = std::max(ChainContacts::most_per_node, ChainContacts::most_per_segment);
 using FewFound = Few<Found, most>;
 using FewMemories = Few<Memory, most>;
+using FewEdges = Few<std::uint32_t, Candidates::most_edges>;
 
 struct StateHeader {
     std::uint64_t magic, slots, next_id;
@@ -105,8 +106,7 @@ struct StateHeader {
 constexpr std::uint64_t state_magic = 0x31434e4843544c43ull; // "CLTCHNC1"
 
 // Keeps, deepest first, what no deeper one at the same place resembles, widening "resembles" until it fits.
-FewFound thin(const FoundList& sorted, double length, double radius, std::size_t limit) {
-    FewFound kept;
+void thin(const FoundList& sorted, double length, double radius, std::size_t limit, FewFound& kept) {
     double place = same_place * radius;
     for (const double cosine : widening_cosines) {
         kept.size = 0;
@@ -123,10 +123,10 @@ FewFound thin(const FoundList& sorted, double length, double radius, std::size_t
             }
             kept.push(found);
         }
-        if (fits) return kept;
+        if (fits) return;
         place *= 1.5;
     }
-    return kept; // still more: the deepest
+    // Still more: the deepest.
 }
 
 } // namespace
@@ -149,9 +149,13 @@ struct ChainContacts::Impl {
     // Never part of a result: they only save questions to the tree.
     std::vector<Candidates> candidates;
     std::vector<Vec3> last_nodes;
+    std::array<FewEdges, 2> crossed_edges; // of an even and an odd segment, between its node's turn and its own
 
     static bool acceptable(const Chain& chain, std::size_t most_nodes);
     static double node_radius(const Chain& chain, std::size_t node);
+    bool remembers(const TriangleScene& scene, std::size_t slot) const {
+        return scene.has_screens() && candidates[slot].complete();
+    }
     void refresh(const TriangleScene& scene, const Chain& chain, double margin);
     void find_at_node(const TriangleScene& scene, const Chain& chain, double margin, std::size_t node);
     void find_on_segment(const TriangleScene& scene, const Chain& chain, double margin, std::size_t segment);
@@ -211,12 +215,18 @@ void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& 
     const auto face = [&](std::uint32_t part) { keep(face_minimum(scene, part, c, reach, minimum)); };
     const auto edge = [&](std::uint32_t part) { keep(edge_minimum(scene, part, c, reach, false, minimum)); };
     const auto vertex = [&](std::uint32_t part) { keep(vertex_minimum(scene, part, c, reach, minimum)); };
-    if (scene.has_screens() && candidates[node].complete()) {
-        for (const std::uint32_t part : candidates[node].faces()) face(part);
-        for (const std::uint32_t part : candidates[node].edges()) edge(part);
-        for (const std::uint32_t part : candidates[node].vertices()) vertex(part);
+    if (remembers(scene, node)) {
+        const Candidates& near = candidates[node];
+        FewEdges& crossed = crossed_edges[node % 2];
+        crossed.size = 0;
+        for (const std::uint32_t part : near.faces()) face(part);
+        for (const std::uint32_t part : near.vertices()) vertex(part);
+        near.edges(c, chain.node(std::min(node + 1, chain.node_count() - 1)), reach, edge,
+                   [&](std::uint32_t part) { crossed.push(part); });
     } else {
-        visit_parts(scene, box_of(c, c, reach), face, edge, vertex);
+        visit_parts(scene, box_of(c, c, reach), face, edge, [&](std::uint32_t part) {
+            if (!scene.has_screens() || scene.is_salient(part)) vertex(part);
+        });
     }
     look_behind(scene, 2 * node, radius, box_of(c, c, radius), [&](auto&& add) {
         return std::tuple{[&, add](std::uint32_t part) {
@@ -230,7 +240,7 @@ void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& 
                           }};
     });
     list.sort();
-    nodes_found[node] = thin(list, 0.0, radius, most_per_node);
+    thin(list, 0.0, radius, most_per_node, nodes_found[node]);
 }
 
 void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chain& chain, double margin,
@@ -247,11 +257,13 @@ void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chai
     const auto vertex = [&](std::uint32_t part) {
         keep(vertex_minimum_along(scene, part, p0, p1, reach, minimum));
     };
-    if (scene.has_screens() && candidates[segment].complete()) {
-        for (const std::uint32_t part : candidates[segment].edges()) edge(part);
+    if (remembers(scene, segment)) {
+        for (const std::uint32_t part : crossed_edges[segment % 2]) edge(part);
         for (const std::uint32_t part : candidates[segment].vertices()) vertex(part);
     } else {
-        visit_parts(scene, box_of(p0, p1, reach), face, edge, vertex);
+        visit_parts(scene, box_of(p0, p1, reach), face, edge, [&](std::uint32_t part) {
+            if (!scene.has_screens() || scene.is_salient(part)) vertex(part);
+        });
     }
     look_behind(scene, 2 * segment + 1, radius, box_of(p0, p1, radius), [&](auto&& add) {
         return std::tuple{face,
@@ -264,7 +276,7 @@ void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chai
     });
     drop_implied(segment, radius);
     list.sort();
-    segments_found[segment] = thin(list, norm(p1 - p0), radius, most_per_segment);
+    thin(list, norm(p1 - p0), radius, most_per_segment, segments_found[segment]);
 }
 
 // A surface that was touched and is not seen from the front any more was left, or the centreline has sunk through it:
@@ -429,10 +441,10 @@ std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const C
     if (chain.first_segment < chain.radius.size()) {
         const std::size_t n = chain.node_count();
         if (scene.has_screens()) state.refresh(scene, chain, margin);
-        for (std::size_t i = chain.first_segment; i < n; ++i)
+        for (std::size_t i = chain.first_segment; i < n; ++i) {
             state.find_at_node(scene, chain, margin, i);
-        for (std::size_t i = chain.first_segment; i + 1 < n; ++i)
-            state.find_on_segment(scene, chain, margin, i);
+            if (i > chain.first_segment) state.find_on_segment(scene, chain, margin, i - 1);
+        }
         for (std::size_t i = chain.first_segment; i + 1 < n; ++i)
             state.drop_shared(chain, i);
         for (std::size_t slot = 2 * chain.first_segment; slot < 2 * n - 1; ++slot)

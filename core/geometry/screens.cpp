@@ -2,6 +2,7 @@
 #include "geometry/triangle_scene.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace calot::geometry {
@@ -15,6 +16,35 @@ void set(float (&to)[3], Vec3 v) {
     for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(v[k]);
 }
 
+// Can the vertex be nearest to any point in front? The directions it is nearest to form a cone, polar to the edges that
+// leave it; if there is one, some cross product of two of these edges spans it.
+bool salient(const TriangleScene& scene, std::uint32_t vertex) {
+    using namespace detail;
+    constexpr std::size_t most_edges = 32; // above: not worth asking
+    constexpr double tolerance = 1e-6;
+    std::array<Vec3, most_edges> away;
+    std::size_t count = 0;
+    const Vec3 v = scene.vertices()[vertex];
+    for (const std::uint32_t position : scene.around(vertex))
+        for (const std::uint32_t other : scene.triangles()[position].vertex) {
+            const Vec3 w = unit_or_zero(scene.vertices()[other] - v);
+            if (other == vertex || std::find(away.begin(), away.begin() + count, w) != away.begin() + count)
+                continue;
+            if (count == most_edges) return true;
+            away[count++] = w;
+        }
+    const Vec3 outward = vertex_outward(scene, vertex);
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t j = 0; j < i; ++j) {
+            Vec3 d = cross(away[i], away[j]);
+            if (norm(d) < 1e-3) return true; // folded or straight: its direction is uncertain
+            d = (dot(d, outward) < 0.0 ? -1.0 : 1.0) / norm(d) * d;
+            if (std::all_of(away.begin(), away.begin() + count, [&](Vec3 w) { return dot(d, w) <= tolerance; }))
+                return true;
+        }
+    return false;
+}
+
 } // namespace
 
 void TriangleScene::make_screens() {
@@ -23,11 +53,13 @@ void TriangleScene::make_screens() {
     double farthest = 0.0;
     for (const Vec3& v : vertices_)
         farthest = std::max({farthest, std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+    if (farthest > 10.0) return; // single precision is too coarse
     // Offsets and points err by 2^-24 of their size each, products add as much again; 10 um are left for thin
     // triangles, whose planes are the less certain the thinner they are.
     screen_tolerance_ = static_cast<float>(1e-5 + 1e-6 * farthest);
 
     faces_.resize(leaves);
+    salient_.assign(vertices_.size(), false);
     leaf_edges_.assign(1, 0);
     leaf_vertex_begins_.assign(1, 0);
     for (std::uint32_t leaf = 0; leaf < leaves; ++leaf) {
@@ -55,23 +87,29 @@ void TriangleScene::make_screens() {
                 }
             }
             for (int k = 0; k < 3; ++k) {
-                if (t.owns >> (3 + k) & 1) leaf_vertices_.push_back(t.vertex[k]);
+                if ((t.owns >> (3 + k) & 1) && salient(*this, t.vertex[k])) {
+                    leaf_vertices_.push_back(t.vertex[k]);
+                    salient_[t.vertex[k]] = true;
+                }
                 if (!(t.owns >> k & 1)) continue;
                 const Edge& edge = edges_[t.edge[k]];
                 const EdgeFrame frame = edge_frame(*this, edge);
                 if (!frame.convex) continue;
                 EdgeScreen screen{};
                 const double length = norm(frame.along);
-                set(screen.start, frame.start);
-                set(screen.along, (1.0 / length) * frame.along);
+                const Vec3 n0 = area_vector(*this, edge.triangle[0]);
+                const bool turned = dot(cross(frame.along, frame.inward0), n0) < 0.0;
+                set(screen.start, turned ? frame.start + frame.along : frame.start);
+                set(screen.along, ((turned ? -1.0 : 1.0) / length) * frame.along);
                 screen.length = static_cast<float>(length);
                 // Towards a face that is hardly there nothing is refused.
-                const auto unit_or_none = [](Vec3 m, double scale) {
-                    return norm(m) > 1e-6 * scale ? (1.0 / norm(m)) * m : Vec3{};
+                const auto unit_or_none = [&](Vec3 m) {
+                    return norm(m) > 1e-6 * length ? (1.0 / norm(m)) * m : Vec3{};
                 };
-                set(screen.inward0, unit_or_none(frame.inward0, length));
-                set(screen.inward1, unit_or_none(frame.inward1, length));
-                screen.rim = static_cast<float>(frame.tilt);
+                set(screen.inward0, unit_or_none(frame.inward0));
+                set(screen.inward1, unit_or_none(frame.inward1));
+                const bool blunt = edge.triangle[1] != none && dot(n0, area_vector(*this, edge.triangle[1])) > 0.0;
+                screen.tilt = static_cast<float>(blunt ? frame.tilt : -frame.tilt);
                 screen.edge = t.edge[k];
                 edge_screens_.push_back(screen);
             }

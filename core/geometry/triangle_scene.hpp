@@ -56,9 +56,9 @@ class TriangleScene {
         float inward[3][3][8], inward_offset[3][8]; // of edge k, in the plane: likewise
     };
     struct alignas(64) EdgeScreen { // a convex edge
-        float start[3], along[3], length; // along: unit
+        float start[3], along[3], length; // along: unit, so turned that along x inward0 is the face's normal
         float inward0[3], inward1[3];     // unit, in the planes of its faces; 0 where there is none
-        float rim;                        // allowed tilt, rad
+        float tilt;                       // allowed to segments, rad; negative: turns by more than 90 degrees
         std::uint32_t edge;
     };
 
@@ -110,10 +110,12 @@ class TriangleScene {
     std::span<const EdgeScreen> convex_edges(std::uint32_t leaf) const {
         return std::span(edge_screens_).subspan(leaf_edges_[leaf], leaf_edges_[leaf + 1] - leaf_edges_[leaf]);
     }
-    std::span<const std::uint32_t> owned_vertices(std::uint32_t leaf) const {
+    // Vertices that can be nearest to anything outside, by the leaf of their owner.
+    std::span<const std::uint32_t> salient_vertices(std::uint32_t leaf) const {
         return std::span(leaf_vertices_).subspan(leaf_vertex_begins_[leaf],
                                                  leaf_vertex_begins_[leaf + 1] - leaf_vertex_begins_[leaf]);
     }
+    bool is_salient(std::uint32_t vertex) const { return salient_[vertex]; }
     float screen_tolerance() const { return screen_tolerance_; }
 
   private:
@@ -144,6 +146,7 @@ class TriangleScene {
     std::vector<FaceBlock> faces_;
     std::vector<EdgeScreen> edge_screens_;
     std::vector<std::uint32_t> leaf_edges_, leaf_vertices_, leaf_vertex_begins_;
+    std::vector<bool> salient_;
     float screen_tolerance_ = 0;
 };
 
