@@ -1,6 +1,7 @@
 // Cost of the queries, by Google Benchmark: calot_geometry_benchmark [--benchmark_filter=...].
-// One stomach-like closed wall of 20,000 triangles (12 x 12 x 24 cm inside, 4 mm thick, folded inside), a shaft of
-// 100 segments of 10 mm (radius 6.3 mm) along its folds, and 100 spheres of 6 mm along the same wall.
+// One stomach-like closed wall of 20,000 triangles (12 x 12 x 24 cm inside, 4 mm thick, folded inside), a
+// shaft of 100 segments of 10 mm (radius 6.3 mm) along its folds, and 100 spheres of 6 mm along the same
+// wall.
 #include "geometry/chain_contacts.hpp"
 #include "geometry/test_shapes.hpp"
 
@@ -31,7 +32,8 @@ Shape stomach(std::uint32_t stacks, std::uint32_t slices) {
         std::swap(inner.triangles[3 * t + 1], inner.triangles[3 * t + 2]);
     const auto first = static_cast<std::uint32_t>(inner.vertices.size() / 3);
     inner.vertices.insert(inner.vertices.end(), outer.vertices.begin(), outer.vertices.end());
-    for (const std::uint32_t v : outer.triangles) inner.triangles.push_back(first + v);
+    for (const std::uint32_t v : outer.triangles)
+        inner.triangles.push_back(first + v);
     return inner;
 }
 
@@ -69,7 +71,8 @@ void build(benchmark::State& state) {
     const auto side = static_cast<std::uint32_t>(state.range(0));
     const Shape shape = stomach(side, side);
     std::size_t triangles = 0;
-    for (auto _ : state) triangles = shape.scene().triangles().size();
+    for (auto _ : state)
+        triangles = shape.scene().triangles().size();
     state.counters["triangles"] = static_cast<double>(triangles);
 }
 BENCHMARK(build)->Arg(72)->Arg(225)->Unit(benchmark::kMillisecond);
@@ -79,9 +82,11 @@ void spheres_100(benchmark::State& state) {
     const TriangleScene& scene = wall();
     std::vector<Vec3> points;
     const Shaft shaft(100, 0);
-    for (std::size_t i = 0; i < 100; ++i) points.push_back(shaft.chain().node(i));
+    for (std::size_t i = 0; i < 100; ++i)
+        points.push_back(shaft.chain().node(i));
     for (auto _ : state)
-        for (const Vec3& p : points) benchmark::DoNotOptimize(nearest_point(scene, p, 7e-3));
+        for (const Vec3& p : points)
+            benchmark::DoNotOptimize(nearest_point(scene, p, 7e-3));
     state.counters["triangles"] = static_cast<double>(scene.triangles().size());
 }
 BENCHMARK(spheres_100)->Unit(benchmark::kMicrosecond);
@@ -91,7 +96,8 @@ void capsules_100(benchmark::State& state) {
     const TriangleScene& scene = wall();
     const double speed = static_cast<double>(state.range(0)) * 1e-6;
     std::vector<Shaft> places;
-    for (int i = 0; i < 200; ++i) places.emplace_back(101, speed * i / 0.06);
+    for (int i = 0; i < 200; ++i)
+        places.emplace_back(101, speed * i / 0.06);
     ChainContacts query(101);
     std::size_t contacts = 0, at = 0;
     int step = 1;
@@ -109,7 +115,8 @@ BENCHMARK(capsules_100)->Arg(0)->Arg(30)->Arg(300)->Unit(benchmark::kMicrosecond
 void refit_3000(benchmark::State& state) {
     const Shape shape = stomach(28, 28);
     TriangleScene scene = shape.scene();
-    for (auto _ : state) benchmark::DoNotOptimize(scene.move_vertices(shape.vertices));
+    for (auto _ : state)
+        benchmark::DoNotOptimize(scene.move_vertices(shape.vertices));
     state.counters["triangles"] = static_cast<double>(scene.triangles().size());
 }
 BENCHMARK(refit_3000)->Unit(benchmark::kMicrosecond);
@@ -118,7 +125,8 @@ void inside(benchmark::State& state) {
     const TriangleScene& scene = wall();
     const Shaft shaft(100, 0);
     for (auto _ : state)
-        for (std::size_t i = 0; i < 100; ++i) benchmark::DoNotOptimize(organ_containing(scene, shaft.chain().node(i)));
+        for (std::size_t i = 0; i < 100; ++i)
+            benchmark::DoNotOptimize(organ_containing(scene, shaft.chain().node(i)));
 }
 BENCHMARK(inside)->Unit(benchmark::kMicrosecond);
 

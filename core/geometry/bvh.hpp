@@ -86,13 +86,13 @@ class Bvh {
     template<class Visit>
     void overlapping(const Box& query, Visit&& visit) const;
 
-    // The same for a capsule: leaves whose box overlaps that of segment a-b grown by `radius`, and comes as near to
-    // its middle as any point of the capsule does.
+    // The same for a capsule: leaves whose box overlaps that of segment a-b grown by `radius`, and comes as
+    // near to its middle as any point of the capsule does.
     template<class Visit>
     void around_segment(Vec3 a, Vec3 b, double radius, Visit&& visit) const;
 
-    // Calls visit(leaf) -> double for leaves that may be nearer to p than the squared distance `limit2`, nearest
-    // boxes first; visit returns the new limit. Leaves at exactly the limit are visited too.
+    // Calls visit(leaf) -> double for leaves that may be nearer to p than the squared distance `limit2`,
+    // nearest boxes first; visit returns the new limit. Leaves at exactly the limit are visited too.
     template<class Visit>
     void nearest(Vec3 p, double limit2, Visit&& visit) const;
 

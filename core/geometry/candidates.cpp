@@ -9,21 +9,12 @@ struct Vec3f {
     float x, y, z;
 };
 
-float dot(const float (&a)[3], Vec3f b) { return a[0] * b.x + a[1] * b.y + a[2] * b.z; }
+float dot(const float (&a)[3], Vec3f b) {
+    return a[0] * b.x + a[1] * b.y + a[2] * b.z;
+}
 
-Vec3f difference(Vec3f p, const float (&a)[3]) { return {p.x - a[0], p.y - a[1], p.z - a[2]}; }
-
-// Lanes whose face may have the foot of a point within `slack` of p on it, at a height of 0 to reach.
-unsigned lanes_below(const TriangleScene::FaceBlock& block, Vec3f p, float reach, float slack) {
-    using namespace detail;
-    const Float8 x = splat8(p.x), y = splat8(p.y), z = splat8(p.z), least = splat8(-slack);
-    const auto height = [&](const float (&n)[3][8], const float (&offset)[8]) {
-        return load8(n[0]) * x + load8(n[1]) * y + load8(n[2]) * z - load8(offset);
-    };
-    const Float8 over = height(block.normal, block.offset);
-    Int8 pass = (over >= least) & (over <= splat8(reach + slack));
-    for (int k = 0; k < 3; ++k) pass &= height(block.inward[k], block.inward_offset[k]) >= least;
-    return mask8(pass);
+Vec3f difference(Vec3f p, const float (&a)[3]) {
+    return {p.x - a[0], p.y - a[1], p.z - a[2]};
 }
 
 bool edge_may_touch(const TriangleScene::EdgeScreen& screen, Vec3f p0, Vec3f p1, float reach, float slack) {
@@ -35,12 +26,14 @@ bool edge_may_touch(const TriangleScene::EdgeScreen& screen, Vec3f p0, Vec3f p1,
     if (std::min(dot(screen.inward1, d0), dot(screen.inward1, d1)) > lean) return false;
     if (screen.tilt > 0.0f) { // both faces must be seen from the front
         const float(&e)[3] = screen.along, (&m)[3] = screen.inward0;
-        const float normal[3] = {e[1] * m[2] - e[2] * m[1], e[2] * m[0] - e[0] * m[2], e[0] * m[1] - e[1] * m[0]};
+        const float normal[3] = {e[1] * m[2] - e[2] * m[1], e[2] * m[0] - e[0] * m[2],
+                                 e[0] * m[1] - e[1] * m[0]};
         if (std::max(dot(normal, d0), dot(normal, d1)) < -slack) return false;
     }
     // The middle of the edge against the segment.
     const float half = 0.5f * screen.length;
-    const Vec3f m{d0.x - half * screen.along[0], d0.y - half * screen.along[1], d0.z - half * screen.along[2]};
+    const Vec3f m{d0.x - half * screen.along[0], d0.y - half * screen.along[1],
+                  d0.z - half * screen.along[2]};
     const Vec3f u{p1.x - p0.x, p1.y - p0.y, p1.z - p0.z};
     const float uu = u.x * u.x + u.y * u.y + u.z * u.z;
     const float t = uu > 0.0f ? std::clamp(-(m.x * u.x + m.y * u.y + m.z * u.z) / uu, 0.0f, 1.0f) : 0.0f;
@@ -77,24 +70,48 @@ void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double rea
     const Vec3f p0{static_cast<float>(q0.x), static_cast<float>(q0.y), static_cast<float>(q0.z)};
     const Vec3f p1{static_cast<float>(q1.x), static_cast<float>(q1.y), static_cast<float>(q1.z)};
     const float r = static_cast<float>(reach), s = static_cast<float>(slack) + scene.screen_tolerance();
-    const auto add = [this](auto& list, std::uint32_t& count, std::uint32_t part) {
-        if (count < list.size())
-            list[count++] = part;
-        else
-            complete_ = false;
-    };
     scene.tree().around_segment(q0, q1, reach + slack, [&](std::uint32_t leaf) {
         const std::uint32_t first = scene.tree().leaf_begin(leaf);
-        unsigned lanes =
-            lanes_below(scene.faces(leaf), p0, r, s) & ((1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1);
-        for (; lanes != 0; lanes &= lanes - 1)
-            add(faces_, face_count_, first + static_cast<std::uint32_t>(__builtin_ctz(lanes)));
+        const TriangleScene::FaceBlock& block = scene.faces(leaf);
+        unsigned lanes = detail::lanes_below(block, q0, r, s);
+        lanes &= (1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1;
+        for (; lanes != 0; lanes &= lanes - 1) {
+            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+            add_face(block, lane, first + lane);
+        }
         for (const TriangleScene::EdgeScreen& screen : scene.convex_edges(leaf))
             if (edge_may_touch(screen, p0, p1, r, s)) add_edge(screen);
         for (const std::uint32_t vertex : scene.salient_vertices(leaf))
-            if (vertex_may_touch(scene, vertex, q0, q1, reach, static_cast<double>(s)))
-                add(vertices_, vertex_count_, vertex);
+            if (vertex_may_touch(scene, vertex, q0, q1, reach, static_cast<double>(s))) add_vertex(vertex);
     });
+}
+
+void Candidates::add_vertex(std::uint32_t vertex) {
+    if (vertex_count_ == most_vertices)
+        complete_ = false;
+    else
+        vertices_[vertex_count_++] = vertex;
+}
+
+void Candidates::add_face(const TriangleScene::FaceBlock& block, std::uint32_t lane, std::uint32_t position) {
+    if (face_count_ == most_faces) {
+        complete_ = false;
+        return;
+    }
+    FaceLanes& to = faces_[face_count_ / 8];
+    const std::uint32_t at = face_count_++ % 8;
+    to.position[at] = position;
+    const auto copy = [&](const float(&n)[3][8], const float(&offset)[8], float(&n_to)[3][8],
+                          float(&offset_to)[8]) {
+        for (int k = 0; k < 3; ++k)
+            n_to[k][at] = n[k][lane];
+        const Vec3 normal{n[0][lane], n[1][lane], n[2][lane]};
+        offset_to[at] =
+            static_cast<float>(static_cast<double>(offset[lane]) - calot::geometry::dot(normal, q0_));
+    };
+    copy(block.normal, block.offset, to.planes.normal, to.planes.offset);
+    for (int k = 0; k < 3; ++k)
+        copy(block.inward[k], block.inward_offset[k], to.planes.inward[k], to.planes.inward_offset[k]);
 }
 
 void Candidates::add_edge(const TriangleScene::EdgeScreen& screen) {
@@ -116,11 +133,11 @@ void Candidates::add_edge(const TriangleScene::EdgeScreen& screen) {
     block.edge[lane] = screen.edge;
 }
 
-// Positions relative to q0. The same conditions as in edge_minimum and edge_minimum_along, less a micrometre and the
-// rounding of the edges' places.
+// Positions relative to q0. The same conditions as in edge_minimum and edge_minimum_along, less a micrometre
+// and the rounding of the edges' places.
 Candidates::EdgeLanes Candidates::screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const {
     using namespace detail;
-    const auto dot3 = [](const Float8 (&a)[3], const Float8 (&b)[3]) {
+    const auto dot3 = [](const Float8(&a)[3], const Float8(&b)[3]) {
         return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     };
     const Float8 zero = splat8(0.0f), tolerance = splat8(tolerance_), one = splat8(1.0f);
@@ -138,8 +155,8 @@ Candidates::EdgeLanes Candidates::screen(const EdgeBlock& block, Vec3 p0, Vec3 p
     const Float8 w0 = dot3(m0, w), w1 = dot3(m1, w);
     const Float8 ww = dot3(w, w);
     // At the point: across the edge the distance is w less its part along e.
-    const Int8 point = (ew >= -tolerance) & (ew <= length + tolerance) & (w0 <= tolerance) & (w1 <= tolerance) &
-                       (ww - ew * ew <= limit * limit);
+    const Int8 point = (ew >= -tolerance) & (ew <= length + tolerance) & (w0 <= tolerance) &
+                       (w1 <= tolerance) & (ww - ew * ew <= limit * limit);
     // Inside: where the lines come nearest. Nearly parallel ones (5 degrees) are not refused here.
     const Float8 uu = dot3(u, u), ue = dot3(u, e), uw = dot3(u, w);
     const Float8 det = uu - ue * ue;
@@ -148,8 +165,9 @@ Candidates::EdgeLanes Candidates::screen(const EdgeBlock& block, Vec3 p0, Vec3 p
     const Float8 lean = tolerance + load8(block.tilt) * limit;
     const Float8 d2 = ww + splat8(2.0f) * t * uw + t * t * uu - s * s;
     const Float8 t_slack = splat8(1e-3f);
-    const Int8 along = (t >= -t_slack) & (t <= one + t_slack) & (s >= -tolerance) & (s <= length + tolerance) &
-                       (w0 + t * dot3(m0, u) <= lean) & (w1 + t * dot3(m1, u) <= lean) & (d2 <= limit * limit);
+    const Int8 along = (t >= -t_slack) & (t <= one + t_slack) & (s >= -tolerance) &
+                       (s <= length + tolerance) & (w0 + t * dot3(m0, u) <= lean) &
+                       (w1 + t * dot3(m1, u) <= lean) & (d2 <= limit * limit);
     return {mask8(point), mask8(along | parallel)};
 }
 

@@ -1,4 +1,5 @@
-// The parts of the surface that may give a node and the segment behind it a contact, remembered while they hardly move.
+// The parts of the surface that may give a node and the segment behind it a contact, remembered while they
+// hardly move.
 #pragma once
 
 #include "geometry/triangle_scene.hpp"
@@ -8,8 +9,8 @@
 
 namespace calot::geometry {
 
-// Calls face(position), edge(index), vertex(index) for every part of a triangle whose leaf overlaps the box, each
-// part once.
+// Calls face(position), edge(index), vertex(index) for every part of a triangle whose leaf overlaps the box,
+// each part once.
 template<class Face, class EdgeVisit, class Vertex>
 void visit_parts(const TriangleScene& scene, const Box& box, Face&& face, EdgeVisit&& edge, Vertex&& vertex) {
     scene.tree().overlapping(box, [&](std::uint32_t leaf) {
@@ -24,14 +25,14 @@ void visit_parts(const TriangleScene& scene, const Box& box, Face&& face, EdgeVi
     });
 }
 
-// Superset of the parts that a point near q0 (faces) or the segment near q0-q1 (convex edges, vertices) may touch from
-// outside up to `reach`, while neither end is farther than `slack` from where it was.
+// Superset of the parts that a point near q0 (faces) or the segment near q0-q1 (convex edges, vertices) may
+// touch from outside up to `reach`, while neither end is farther than `slack` from where it was.
 class Candidates {
   public:
-    // Ends may move this far, m, before the tree is asked again: small enough for short lists, large enough for
-    // several ticks of the fastest motion.
+    // Ends may move this far, m, before the tree is asked again: small enough for short lists, large enough
+    // for several ticks of the fastest motion.
     static constexpr double slack = 2e-3;
-    static constexpr std::size_t most_edges = 128;
+    static constexpr std::size_t most_faces = 64, most_edges = 128, most_vertices = 64;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
         return version_ == version && reach <= reach_ && norm2(p0 - q0_) <= slack * slack &&
@@ -42,15 +43,23 @@ class Candidates {
     void gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach);
 
     bool complete() const { return complete_; }
-    std::span<const std::uint32_t> faces() const { return {faces_.data(), face_count_}; }
     std::span<const std::uint32_t> vertices() const { return {vertices_.data(), vertex_count_}; }
 
-    // Calls at_point(edge) for the edges that p0 may touch now, inside(edge) for those that the inside of p0-p1 may.
+    // Calls visit(position) for the faces that may have the foot of p0 on them now.
+    template<class Visit>
+    void faces(Vec3 p0, double reach, Visit&& visit) const;
+
+    // Calls at_point(edge) for the edges that p0 may touch now, inside(edge) for those that the inside of
+    // p0-p1 may.
     template<class AtPoint, class Inside>
     void edges(Vec3 p0, Vec3 p1, double reach, AtPoint&& at_point, Inside&& inside) const;
 
   private:
-    // Edges lane by lane, places relative to q0: in single precision good to a few nanometres.
+    // Lane by lane, places relative to q0: in single precision good to a few nanometres.
+    struct alignas(32) FaceLanes {
+        TriangleScene::FaceBlock planes;
+        std::uint32_t position[8];
+    };
     struct alignas(32) EdgeBlock {
         float start[3][8], along[3][8], length[8], inward0[3][8], inward1[3][8], tilt[8];
         std::uint32_t edge[8];
@@ -59,6 +68,8 @@ class Candidates {
         unsigned at_point, inside;
     };
     EdgeLanes screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const;
+    void add_face(const TriangleScene::FaceBlock& block, std::uint32_t lane, std::uint32_t position);
+    void add_vertex(std::uint32_t vertex);
     void add_edge(const TriangleScene::EdgeScreen& screen);
 
     std::uint64_t version_ = 0;
@@ -67,10 +78,40 @@ class Candidates {
     float tolerance_ = 0;
     bool complete_ = false;
     std::uint32_t face_count_ = 0, edge_count_ = 0, vertex_count_ = 0;
-    std::array<std::uint32_t, 64> faces_;
-    std::array<std::uint32_t, 64> vertices_;
+    std::array<FaceLanes, most_faces / 8> faces_;
+    std::array<std::uint32_t, most_vertices> vertices_;
     std::array<EdgeBlock, most_edges / 8> edges_;
 };
+
+namespace detail {
+
+// Lanes whose face may have the foot of a point within `slack` of p on it, at a height of 0 to reach.
+inline unsigned lanes_below(const TriangleScene::FaceBlock& block, Vec3 p, float reach, float slack) {
+    const Float8 x = splat8(static_cast<float>(p.x)), y = splat8(static_cast<float>(p.y)),
+                 z = splat8(static_cast<float>(p.z)), least = splat8(-slack);
+    const auto height = [&](const float(&n)[3][8], const float(&offset)[8]) {
+        return load8(n[0]) * x + load8(n[1]) * y + load8(n[2]) * z - load8(offset);
+    };
+    const Float8 over = height(block.normal, block.offset);
+    Int8 pass = (over >= least) & (over <= splat8(reach + slack));
+    for (int k = 0; k < 3; ++k)
+        pass &= height(block.inward[k], block.inward_offset[k]) >= least;
+    return mask8(pass);
+}
+
+} // namespace detail
+
+template<class Visit>
+void Candidates::faces(Vec3 p0, double reach, Visit&& visit) const {
+    for (std::uint32_t first = 0; first < face_count_; first += 8) {
+        const FaceLanes& lanes = faces_[first / 8];
+        const unsigned used = face_count_ - first >= 8 ? 0xffu : (1u << (face_count_ - first)) - 1;
+        unsigned mask =
+            used & detail::lanes_below(lanes.planes, p0 - q0_, static_cast<float>(reach), tolerance_);
+        for (; mask != 0; mask &= mask - 1)
+            visit(lanes.position[__builtin_ctz(mask)]);
+    }
+}
 
 template<class AtPoint, class Inside>
 void Candidates::edges(Vec3 p0, Vec3 p1, double reach, AtPoint&& at_point, Inside&& inside) const {

@@ -149,7 +149,8 @@ struct ChainContacts::Impl {
     // Never part of a result: they only save questions to the tree.
     std::vector<Candidates> candidates;
     std::vector<Vec3> last_nodes;
-    std::array<FewEdges, 2> crossed_edges; // of an even and an odd segment, between its node's turn and its own
+    std::array<FewEdges, 2>
+        crossed_edges; // of an even and an odd segment, between its node's turn and its own
 
     static bool acceptable(const Chain& chain, std::size_t most_nodes);
     static double node_radius(const Chain& chain, std::size_t node);
@@ -185,7 +186,8 @@ double ChainContacts::Impl::node_radius(const Chain& chain, std::size_t node) {
     return radius;
 }
 
-// Sees to it that every slot's candidates hold. The tree is asked for a place ahead in the direction of motion.
+// Sees to it that every slot's candidates hold. The tree is asked for a place ahead in the direction of
+// motion.
 void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain, double margin) {
     const std::size_t n = chain.node_count();
     const auto ahead = [&](std::size_t i) {
@@ -200,7 +202,8 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
         if (!candidates[i].hold(scene.version(), chain.node(i), chain.node(end), reach))
             candidates[i].gather(scene, ahead(i), ahead(end), reach);
     }
-    for (std::size_t i = chain.first_segment; i < n; ++i) last_nodes[i] = chain.node(i);
+    for (std::size_t i = chain.first_segment; i < n; ++i)
+        last_nodes[i] = chain.node(i);
 }
 
 void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& chain, double margin,
@@ -219,8 +222,9 @@ void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& 
         const Candidates& near = candidates[node];
         FewEdges& crossed = crossed_edges[node % 2];
         crossed.size = 0;
-        for (const std::uint32_t part : near.faces()) face(part);
-        for (const std::uint32_t part : near.vertices()) vertex(part);
+        near.faces(c, reach, face);
+        for (const std::uint32_t part : near.vertices())
+            vertex(part);
         near.edges(c, chain.node(std::min(node + 1, chain.node_count() - 1)), reach, edge,
                    [&](std::uint32_t part) { crossed.push(part); });
     } else {
@@ -253,13 +257,17 @@ void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chai
         if (found && !minimum.behind) list.add({minimum, minimum.distance - radius});
     };
     const auto face = [](std::uint32_t) {};
-    const auto edge = [&](std::uint32_t part) { keep(edge_minimum_along(scene, part, p0, p1, reach, minimum)); };
+    const auto edge = [&](std::uint32_t part) {
+        keep(edge_minimum_along(scene, part, p0, p1, reach, minimum));
+    };
     const auto vertex = [&](std::uint32_t part) {
         keep(vertex_minimum_along(scene, part, p0, p1, reach, minimum));
     };
     if (remembers(scene, segment)) {
-        for (const std::uint32_t part : crossed_edges[segment % 2]) edge(part);
-        for (const std::uint32_t part : candidates[segment].vertices()) vertex(part);
+        for (const std::uint32_t part : crossed_edges[segment % 2])
+            edge(part);
+        for (const std::uint32_t part : candidates[segment].vertices())
+            vertex(part);
     } else {
         visit_parts(scene, box_of(p0, p1, reach), face, edge, [&](std::uint32_t part) {
             if (!scene.has_screens() || scene.is_salient(part)) vertex(part);
@@ -279,12 +287,12 @@ void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chai
     thin(list, norm(p1 - p0), radius, most_per_segment, segments_found[segment]);
 }
 
-// A surface that was touched and is not seen from the front any more was left, or the centreline has sunk through it:
-// then it is found from behind, where the memory of this slot expects it. `visitors(add)` gives the three visitors
-// that add(minimum) whatever is within a radius.
+// A surface that was touched and is not seen from the front any more was left, or the centreline has sunk
+// through it: then it is found from behind, where the memory of this slot expects it. `visitors(add)` gives
+// the three visitors that add(minimum) whatever is within a radius.
 template<class Visitors>
-void ChainContacts::Impl::look_behind(const TriangleScene& scene, std::size_t slot, double radius, const Box& box,
-                                      Visitors&& visitors) {
+void ChainContacts::Impl::look_behind(const TriangleScene& scene, std::size_t slot, double radius,
+                                      const Box& box, Visitors&& visitors) {
     const auto resembles = [&](const Minimum& minimum, const Memory& memory) {
         return scene.triangles()[minimum.position].organ == memory.organ &&
                dot(minimum.normal, memory.normal) > same_contact_cosine &&
@@ -412,8 +420,10 @@ void ChainContacts::Impl::identify(const Chain& chain) {
     };
     for (std::size_t slot = first; slot < last; ++slot)
         match(slot, slot);
+    const auto is_new = [](const Memory& memory) { return memory.id == 0; };
     for (std::size_t slot = first; slot < last; ++slot)
-        for (std::size_t step = 1; step <= 2; ++step) {
+        for (std::size_t step = 1;
+             step <= 2 && std::any_of(remembered[slot].begin(), remembered[slot].end(), is_new); ++step) {
             if (slot >= step) match(slot, slot - step);
             if (slot + step < memories.size()) match(slot, slot + step);
         }

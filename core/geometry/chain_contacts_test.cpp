@@ -403,6 +403,40 @@ TEST(ChainContacts, depends_on_nothing_but_its_inputs_and_its_memory) {
     }
 }
 
+TEST(ChainContacts, remembered_candidates_and_screens_never_change_a_result) {
+    // A scene whose vertices were moved, to where they were, answers without either.
+    Random random(24);
+    const Shape shapes[] = {
+        lumpy_sphere(random, 0.001), lumpy_sphere(random, 0), plate_with_hole(0.02, 0.06, 0.004, 64, 8, 12),
+        tube_wall(0.02, 0.024, 0.1, 30, 20), box({-0.03, -0.03, -0.03}, {0.03, 0.03, 0.03}, 9)};
+    std::size_t compared = 0;
+    for (const Shape& shape : shapes) {
+        const TriangleScene scene = shape.scene();
+        TriangleScene plain = scene;
+        ASSERT_TRUE(plain.move_vertices(shape.vertices));
+        ASSERT_TRUE(scene.has_screens() && !plain.has_screens());
+        for (int run = 0; run < 45; ++run) {
+            ChainContacts fast(8), slow(8);
+            std::vector<Vec3> nodes{random.in_cube(0.07)};
+            for (int i = 1; i < 8; ++i)
+                nodes.push_back(nodes.back() + random.in_cube(0.01));
+            const Vec3 speed = random.in_cube(4e-4);
+            for (int tick = 0; tick < 60; ++tick) {
+                for (Vec3& node : nodes)
+                    node = node + speed + random.in_cube(5e-5);
+                const Line line(nodes);
+                const auto a = fast.find(scene, line.chain(), margin),
+                           b = slow.find(plain, line.chain(), margin);
+                ASSERT_TRUE(std::ranges::equal(a, b, same))
+                    << "shape " << &shape - shapes << ", run " << run << ", tick " << tick << ": " << a.size()
+                    << " and " << b.size() << " contacts";
+                compared += a.size();
+            }
+        }
+    }
+    EXPECT_GT(compared, 10000u);
+}
+
 TEST(ChainContacts, refuses_states_that_it_did_not_write) {
     ChainContacts query(3);
     std::vector<std::byte> state(query.state_size());

@@ -4,13 +4,13 @@
 namespace calot::geometry {
 namespace {
 
-// Lanes of a leaf whose triangles may be as near to p as `distance`: a triangle is at least as far as its plane, and
-// within the plane as the outside of each of its edges.
+// Lanes of a leaf whose triangles may be as near to p as `distance`: a triangle is at least as far as its
+// plane, and within the plane as the outside of each of its edges.
 unsigned near_lanes(const TriangleScene::FaceBlock& block, Vec3 p, double distance, float tolerance) {
     using namespace detail;
     const Float8 x = splat8(static_cast<float>(p.x)), y = splat8(static_cast<float>(p.y)),
                  z = splat8(static_cast<float>(p.z));
-    const auto height = [&](const float (&n)[3][8], const float (&offset)[8]) {
+    const auto height = [&](const float(&n)[3][8], const float(&offset)[8]) {
         return load8(n[0]) * x + load8(n[1]) * y + load8(n[2]) * z - load8(offset);
     };
     const Float8 over = height(block.normal, block.offset);

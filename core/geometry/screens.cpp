@@ -9,15 +9,17 @@ namespace calot::geometry {
 namespace {
 
 void set_lane(float (&to)[3][8], std::uint32_t lane, Vec3 v) {
-    for (int k = 0; k < 3; ++k) to[k][lane] = static_cast<float>(v[k]);
+    for (int k = 0; k < 3; ++k)
+        to[k][lane] = static_cast<float>(v[k]);
 }
 
 void set(float (&to)[3], Vec3 v) {
-    for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(v[k]);
+    for (int k = 0; k < 3; ++k)
+        to[k] = static_cast<float>(v[k]);
 }
 
-// Can the vertex be nearest to any point in front? The directions it is nearest to form a cone, polar to the edges that
-// leave it; if there is one, some cross product of two of these edges spans it.
+// Can the vertex be nearest to any point in front? The directions it is nearest to form a cone, polar to the
+// edges that leave it; if there is one, some cross product of two of these edges spans it.
 bool salient(const TriangleScene& scene, std::uint32_t vertex) {
     using namespace detail;
     constexpr std::size_t most_edges = 32; // above: not worth asking
@@ -39,7 +41,8 @@ bool salient(const TriangleScene& scene, std::uint32_t vertex) {
             Vec3 d = cross(away[i], away[j]);
             if (norm(d) < 1e-3) return true; // folded or straight: its direction is uncertain
             d = (dot(d, outward) < 0.0 ? -1.0 : 1.0) / norm(d) * d;
-            if (std::all_of(away.begin(), away.begin() + count, [&](Vec3 w) { return dot(d, w) <= tolerance; }))
+            if (std::all_of(away.begin(), away.begin() + count,
+                            [&](Vec3 w) { return dot(d, w) <= tolerance; }))
                 return true;
         }
     return false;
@@ -72,8 +75,8 @@ void TriangleScene::make_screens() {
             const std::uint32_t lane = i - first;
             const Vec3 a = corner(t, 0), n = cross(corner(t, 1) - a, corner(t, 2) - a);
             const double area = norm(n);
-            const double longest2 = std::max({norm2(corner(t, 1) - a), norm2(corner(t, 2) - corner(t, 1)),
-                                              norm2(a - corner(t, 2))});
+            const double longest2 = std::max(
+                {norm2(corner(t, 1) - a), norm2(corner(t, 2) - corner(t, 1)), norm2(a - corner(t, 2))});
             block.offset[lane] = 0.0f;
             if (area > 1e-6 * longest2) { // thinner ones pass every screen
                 const Vec3 unit = (1.0 / area) * n;
@@ -108,7 +111,8 @@ void TriangleScene::make_screens() {
                 };
                 set(screen.inward0, unit_or_none(frame.inward0));
                 set(screen.inward1, unit_or_none(frame.inward1));
-                const bool blunt = edge.triangle[1] != none && dot(n0, area_vector(*this, edge.triangle[1])) > 0.0;
+                const bool blunt =
+                    edge.triangle[1] != none && dot(n0, area_vector(*this, edge.triangle[1])) > 0.0;
                 screen.tilt = static_cast<float>(blunt ? frame.tilt : -frame.tilt);
                 screen.edge = t.edge[k];
                 edge_screens_.push_back(screen);

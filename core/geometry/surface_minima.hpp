@@ -1,9 +1,9 @@
-// The local minima of the distance from a point or a segment to a surface: what contacts are made of. Each function
-// asks one part of the surface (a face, an edge, a vertex) in double precision; whether it is a contact is for the
-// caller to say.
+// The local minima of the distance from a point or a segment to a surface: what contacts are made of. Each
+// function asks one part of the surface (a face, an edge, a vertex) in double precision; whether it is a
+// contact is for the caller to say.
 //
-// Neighbouring parts accept a little more than their share, so that rounding leaves no gap between them: a minimum
-// on the border may be found twice, at the same place, never not at all.
+// Neighbouring parts accept a little more than their share, so that rounding leaves no gap between them: a
+// minimum on the border may be found twice, at the same place, never not at all.
 #pragma once
 
 #include "geometry/triangle_scene.hpp"
@@ -28,8 +28,8 @@ namespace detail {
 constexpr double direction_tolerance = 1e-9;
 // Edges flatter than this, rad, are left to their faces, which accept as much beyond their borders.
 constexpr double flat_edge = 1e-6;
-// Segments nearly parallel to a flat wall touch its sharp rim (sharper than 10 degrees) up to this tilt, rad, so
-// that rim and node hold together and the contact does not hop between them.
+// Segments nearly parallel to a flat wall touch its sharp rim (sharper than 10 degrees) up to this tilt, rad,
+// so that rim and node hold together and the contact does not hop between them.
 constexpr double rim_tilt = 0.05, rim_sharpness = 0.17;
 
 // Is the angle between d and w at least 90 degrees, less `slack` rad?
@@ -39,7 +39,9 @@ inline bool leans_away(Vec3 d, Vec3 w, double slack) {
 }
 
 // Part of w across the direction e.
-inline Vec3 across(Vec3 w, Vec3 e) { return w - (dot(w, e) / norm2(e)) * e; }
+inline Vec3 across(Vec3 w, Vec3 e) {
+    return w - (dot(w, e) / norm2(e)) * e;
+}
 
 inline Vec3 unit_or_zero(Vec3 v) {
     const double length = norm(v);
@@ -55,11 +57,11 @@ inline Vec3 area_vector(const TriangleScene& scene, std::uint32_t position) {
 
 // An edge and the one or two faces at it.
 struct EdgeFrame {
-    Vec3 start, along;      // from end to end
-    Vec3 inward0, inward1;  // in the faces' planes, across the edge, from it; inward1 zero at a border
-    Vec3 outward;           // mean of the faces' normals
-    bool convex;            // a border counts as convex
-    double tilt;            // up to which segments touch it
+    Vec3 start, along;     // from end to end
+    Vec3 inward0, inward1; // in the faces' planes, across the edge, from it; inward1 zero at a border
+    Vec3 outward;          // mean of the faces' normals
+    bool convex;           // a border counts as convex
+    double tilt;           // up to which segments touch it
 };
 
 inline EdgeFrame edge_frame(const TriangleScene& scene, const TriangleScene::Edge& edge) {
@@ -80,8 +82,8 @@ inline EdgeFrame edge_frame(const TriangleScene& scene, const TriangleScene::Edg
     return frame;
 }
 
-// Outward direction at a vertex, faces weighted by their angle: has the right sign for every point whose nearest
-// surface point is the vertex (Baerentzen and Aanaes 2005).
+// Outward direction at a vertex, faces weighted by their angle: has the right sign for every point whose
+// nearest surface point is the vertex (Baerentzen and Aanaes 2005).
 inline Vec3 vertex_outward(const TriangleScene& scene, std::uint32_t vertex) {
     Vec3 sum;
     for (const std::uint32_t position : scene.around(vertex)) {
@@ -99,7 +101,8 @@ inline bool vertex_is_nearest_along(const TriangleScene& scene, std::uint32_t ve
     const Vec3 v = scene.vertices()[vertex];
     for (const std::uint32_t position : scene.around(vertex))
         for (const std::uint32_t other : scene.triangles()[position].vertex)
-            if (other != vertex && !leans_away(d, scene.vertices()[other] - v, direction_tolerance)) return false;
+            if (other != vertex && !leans_away(d, scene.vertices()[other] - v, direction_tolerance))
+                return false;
     return true;
 }
 
@@ -154,7 +157,8 @@ inline bool edge_minimum(const TriangleScene& scene, std::uint32_t index, Vec3 c
     if (!(norm2(d) <= reach * reach)) return false;
     const EdgeFrame frame = edge_frame(scene, edge);
     if (!behind && !frame.convex) return false;
-    if (!leans_away(d, frame.inward0, direction_tolerance) || !leans_away(d, frame.inward1, direction_tolerance))
+    if (!leans_away(d, frame.inward0, direction_tolerance) ||
+        !leans_away(d, frame.inward1, direction_tolerance))
         return false;
     minimum.t = 0.0;
     minimum.part = 1ull << 32 | index;
@@ -175,9 +179,10 @@ inline bool vertex_minimum(const TriangleScene& scene, std::uint32_t vertex, Vec
     return complete(minimum, d, vertex_outward(scene, vertex));
 }
 
-// Of the inside (0 < t < 1) of segment p0-p1 at a convex edge. Seen from behind it is an edge that was passed.
-inline bool edge_minimum_along(const TriangleScene& scene, std::uint32_t index, Vec3 p0, Vec3 p1, double reach,
-                               Minimum& minimum) {
+// Of the inside (0 < t < 1) of segment p0-p1 at a convex edge. Seen from behind it is an edge that was
+// passed.
+inline bool edge_minimum_along(const TriangleScene& scene, std::uint32_t index, Vec3 p0, Vec3 p1,
+                               double reach, Minimum& minimum) {
     using namespace detail;
     const TriangleScene::Edge& edge = scene.edges()[index];
     const Vec3 a = scene.vertices()[edge.vertex[0]], e = scene.vertices()[edge.vertex[1]] - a;

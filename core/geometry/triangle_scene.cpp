@@ -185,7 +185,9 @@ void TriangleScene::find_fans() {
     owners_.assign(vertices_.size(), none);
     for (std::uint32_t v = 0; v < vertices_.size(); ++v) {
         if (around(v).empty()) continue; // used by triangles without area only, or by none
-        const auto key = [&](std::uint32_t a, std::uint32_t b) { return triangles_[a].key < triangles_[b].key; };
+        const auto key = [&](std::uint32_t a, std::uint32_t b) {
+            return triangles_[a].key < triangles_[b].key;
+        };
         owners_[v] = *std::min_element(around(v).begin(), around(v).end(), key);
         Triangle& owner = triangles_[owners_[v]];
         for (int k = 0; k < 3; ++k)
@@ -196,7 +198,8 @@ void TriangleScene::find_fans() {
 bool TriangleScene::move_vertices(std::span<const double> vertices) {
     if (vertices.size() != 3 * source_to_vertex_.size()) return false;
     bool all_acceptable = true;
-    for (const double coordinate : vertices) all_acceptable &= acceptable(coordinate);
+    for (const double coordinate : vertices)
+        all_acceptable &= acceptable(coordinate);
     if (!all_acceptable) return false;
     for (std::size_t v = 0; v < source_to_vertex_.size(); ++v) {
         const double* p = &vertices[3 * v];
@@ -210,7 +213,8 @@ bool TriangleScene::move_vertices(std::span<const double> vertices) {
     return true;
 }
 
-// Rounding to float is monotonous: the least of rounded coordinates, rounded down once more, bounds the exact ones.
+// Rounding to float is monotonous: the least of rounded coordinates, rounded down once more, bounds the exact
+// ones.
 Box TriangleScene::leaf_box(std::uint32_t leaf) const {
     using Float4 = float __attribute__((vector_size(16)));
     const auto load = [&](std::uint32_t v) { return *reinterpret_cast<const Float4*>(&rounded_[v]); };

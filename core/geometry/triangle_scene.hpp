@@ -44,18 +44,19 @@ class TriangleScene {
     };
 
     struct Edge {
-        std::array<std::uint32_t, 2> vertex;   // ends
-        std::array<std::uint32_t, 2> triangle; // positions of the triangles it joins; second `none` at a border
+        std::array<std::uint32_t, 2> vertex; // ends
+        std::array<std::uint32_t, 2>
+            triangle; // positions of the triangles it joins; second `none` at a border
         std::array<std::uint32_t, 2> opposite; // the vertex of each that is not on the edge
     };
 
-    // What may be touched from outside, in single precision and packed by leaf, for quick refusals that leave a
-    // margin of screen_tolerance(): the decision is always the double precision's.
-    struct alignas(32) FaceBlock { // of one leaf, lane by lane; unused lanes lie infinitely deep
-        float normal[3][8], offset[8];           // height over the plane: normal . p - offset
+    // What may be touched from outside, in single precision and packed by leaf, for quick refusals that leave
+    // a margin of screen_tolerance(): the decision is always the double precision's.
+    struct alignas(32) FaceBlock {     // of one leaf, lane by lane; unused lanes lie infinitely deep
+        float normal[3][8], offset[8]; // height over the plane: normal . p - offset
         float inward[3][3][8], inward_offset[3][8]; // of edge k, in the plane: likewise
     };
-    struct alignas(64) EdgeScreen { // a convex edge
+    struct alignas(64) EdgeScreen {       // a convex edge
         float start[3], along[3], length; // along: unit, so turned that along x inward0 is the face's normal
         float inward0[3], inward1[3];     // unit, in the planes of its faces; 0 where there is none
         float tilt;                       // allowed to segments, rad; negative: turns by more than 90 degrees
@@ -112,8 +113,8 @@ class TriangleScene {
     }
     // Vertices that can be nearest to anything outside, by the leaf of their owner.
     std::span<const std::uint32_t> salient_vertices(std::uint32_t leaf) const {
-        return std::span(leaf_vertices_).subspan(leaf_vertex_begins_[leaf],
-                                                 leaf_vertex_begins_[leaf + 1] - leaf_vertex_begins_[leaf]);
+        return std::span(leaf_vertices_)
+            .subspan(leaf_vertex_begins_[leaf], leaf_vertex_begins_[leaf + 1] - leaf_vertex_begins_[leaf]);
     }
     bool is_salient(std::uint32_t vertex) const { return salient_[vertex]; }
     float screen_tolerance() const { return screen_tolerance_; }

@@ -91,7 +91,8 @@ TEST(TriangleScene, boxes_that_overlap_are_the_ones_brute_force_finds) {
         const Vec3 p = random.in_cube(1.0), q = p + random.in_cube(0.2);
         std::vector<bool> visited(shape.triangle_count());
         scene.tree().overlapping(box_of(p, q, 0.01), [&](std::uint32_t leaf) {
-            for (std::uint32_t i = scene.tree().leaf_begin(leaf); i < scene.tree().leaf_begin(leaf + 1); ++i) {
+            for (std::uint32_t i = scene.tree().leaf_begin(leaf); i < scene.tree().leaf_begin(leaf + 1);
+                 ++i) {
                 ASSERT_FALSE(visited[scene.triangles()[i].id]) << "visited twice";
                 visited[scene.triangles()[i].id] = true;
             }
