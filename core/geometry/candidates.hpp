@@ -39,6 +39,12 @@ class Candidates {
                norm2(p1 - q1_) <= slack * slack;
     }
 
+    // Is the first end, having come from `before`, on its way out?
+    bool aging(Vec3 p0, Vec3 before) const {
+        const Vec3 away = p0 - q0_;
+        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.1 * slack * slack;
+    }
+
     // Finds them anew, for scenes with screens only. complete(): there were not too many to remember.
     void gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach);
 

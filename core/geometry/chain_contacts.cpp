@@ -1,13 +1,12 @@
 #include "geometry/chain_contacts.hpp"
 
 #include "geometry/candidates.hpp"
+#include "geometry/contact_memory.hpp"
 #include "geometry/surface_minima.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <tuple>
-#include <type_traits>
 #include <vector>
 
 namespace calot::geometry {
@@ -21,11 +20,6 @@ constexpr double alike_cosine = widening_cosines[0]; // 15 degrees
 constexpr double same_place = 0.5;
 // What the ends of a segment imply up to this many radii is not said again.
 constexpr double implied_tolerance = 0.005;
-// From tick to tick a contact keeps its identity if its direction turns less than 60 degrees...
-constexpr double same_contact_cosine = 0.5;
-// ...and its point moves less than this many radii.
-constexpr double same_contact_move = 0.5;
-
 struct Found {
     Minimum minimum;
     double gap;
@@ -69,41 +63,10 @@ class FoundList {
     bool overflowed_ = false;
 };
 
-template<class T, std::size_t N>
-struct Few {
-    std::array<T, N> items;
-    std::size_t size = 0;
-
-    void push(const T& item) { items[size++] = item; }
-    void erase(std::size_t i) {
-        for (; i + 1 < size; ++i)
-            items[i] = items[i + 1];
-        --size;
-    }
-    T* begin() { return items.data(); }
-    T* end() { return items.data() + size; }
-    const T* begin() const { return items.data(); }
-    const T* end() const { return items.data() + size; }
-};
-
-// What is remembered of a contact until the next tick.
-struct Memory {
-    std::uint64_t id;
-    Vec3 point, normal;
-    std::uint32_t organ;
-    std::uint32_t unused; // no padding: memories are saved as bytes
-};
-static_assert(std::is_trivially_copyable_v<Memory> && sizeof(Memory) == 64);
-
 constexpr std::size_t most = std::max(ChainContacts::most_per_node, ChainContacts::most_per_segment);
+static_assert(most <= ContactMemory::most_per_slot);
 using FewFound = Few<Found, most>;
-using FewMemories = Few<Memory, most>;
 using FewEdges = Few<std::uint32_t, Candidates::most_edges>;
-
-struct StateHeader {
-    std::uint64_t magic, slots, next_id;
-};
-constexpr std::uint64_t state_magic = 0x31434e4843544c43ull; // "CLTCHNC1"
 
 // Keeps, deepest first, what no deeper one at the same place resembles, widening "resembles" until it fits.
 void thin(const FoundList& sorted, double length, double radius, std::size_t limit, FewFound& kept) {
@@ -133,18 +96,16 @@ void thin(const FoundList& sorted, double length, double radius, std::size_t lim
 
 struct ChainContacts::Impl {
     explicit Impl(std::size_t nodes)
-        : most_nodes(nodes), nodes_found(nodes), segments_found(nodes), memories(2 * nodes),
-          remembered(2 * nodes), candidates(nodes), last_nodes(nodes) {
+        : most_nodes(nodes), nodes_found(nodes), segments_found(nodes), memory(2 * nodes, 0),
+          candidates(nodes), last_nodes(nodes) {
         contacts.reserve(nodes * (most_per_node + most_per_segment));
     }
 
     std::size_t most_nodes;
     bool valid = true;
-    std::uint64_t next_id = 1;
     FoundList list;
     std::vector<FewFound> nodes_found, segments_found;
-    // Slot 2 i: node i; slot 2 i + 1: segment i. Of the last call, and in the making.
-    std::vector<FewMemories> memories, remembered;
+    ContactMemory memory;
     std::vector<Contact> contacts;
     // Never part of a result: they only save questions to the tree.
     std::vector<Candidates> candidates;
@@ -166,7 +127,6 @@ struct ChainContacts::Impl {
     void drop_implied(std::size_t segment, double radius);
     void drop_shared(const Chain& chain, std::size_t segment);
     void emit(const TriangleScene& scene, const Chain& chain, std::size_t slot);
-    void identify(const Chain& chain);
 };
 
 bool ChainContacts::Impl::acceptable(const Chain& chain, std::size_t most_nodes) {
@@ -196,11 +156,18 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
         const double length = norm(motion);
         return length <= farthest ? p + motion : p + (farthest / length) * motion;
     };
+    // A few go before they must, so that a chain that moves as one does not ask for all of its nodes in one
+    // tick.
+    std::size_t early = n / 16 + 1;
     for (std::size_t i = chain.first_segment; i < n; ++i) {
         const std::size_t end = i + 1 < n ? i + 1 : i;
         const double reach = node_radius(chain, i) + margin;
-        if (!candidates[i].hold(scene.version(), chain.node(i), chain.node(end), reach))
-            candidates[i].gather(scene, ahead(i), ahead(end), reach);
+        bool holds = candidates[i].hold(scene.version(), chain.node(i), chain.node(end), reach);
+        if (holds && early > 0 && candidates[i].aging(chain.node(i), last_nodes[i])) {
+            --early;
+            holds = false;
+        }
+        if (!holds) candidates[i].gather(scene, ahead(i), ahead(end), reach);
     }
     for (std::size_t i = chain.first_segment; i < n; ++i)
         last_nodes[i] = chain.node(i);
@@ -293,20 +260,20 @@ void ChainContacts::Impl::find_on_segment(const TriangleScene& scene, const Chai
 template<class Visitors>
 void ChainContacts::Impl::look_behind(const TriangleScene& scene, std::size_t slot, double radius,
                                       const Box& box, Visitors&& visitors) {
-    const auto resembles = [&](const Minimum& minimum, const Memory& memory) {
-        return scene.triangles()[minimum.position].organ == memory.organ &&
-               dot(minimum.normal, memory.normal) > same_contact_cosine &&
-               norm2(minimum.point - memory.point) < radius * radius;
+    const auto resembles = [&](const Minimum& minimum, const RememberedContact& before) {
+        return scene.triangles()[minimum.position].organ == before.organ &&
+               dot(minimum.normal, before.normal) > ContactMemory::same_cosine &&
+               norm2(minimum.point - before.point) < radius * radius;
     };
-    Few<Memory, most> lost;
-    for (const Memory& memory : memories[slot])
+    ContactMemory::Slot lost;
+    for (const RememberedContact& before : memory.before(slot))
         if (std::none_of(list.begin(), list.end(),
-                         [&](const Found& found) { return resembles(found.minimum, memory); }))
-            lost.push(memory);
+                         [&](const Found& found) { return resembles(found.minimum, before); }))
+            lost.push(before);
     if (lost.size == 0) return;
     const auto add = [&](const Minimum& minimum) {
-        if (minimum.behind &&
-            std::any_of(lost.begin(), lost.end(), [&](const Memory& m) { return resembles(minimum, m); }))
+        if (minimum.behind && std::any_of(lost.begin(), lost.end(),
+                                          [&](const auto& before) { return resembles(minimum, before); }))
             list.add({minimum, -minimum.distance - radius});
     };
     const auto [face, edge, vertex] = visitors(add);
@@ -365,7 +332,6 @@ void ChainContacts::Impl::drop_shared(const Chain& chain, std::size_t segment) {
 void ChainContacts::Impl::emit(const TriangleScene& scene, const Chain& chain, std::size_t slot) {
     const std::size_t index = slot / 2;
     const bool at_node = slot % 2 == 0;
-    remembered[slot].size = 0;
     for (const Found& found : at_node ? nodes_found[index] : segments_found[index]) {
         const TriangleScene::Triangle& triangle = scene.triangles()[found.minimum.position];
         Contact contact{};
@@ -387,52 +353,9 @@ void ChainContacts::Impl::emit(const TriangleScene& scene, const Chain& chain, s
         contact.normal = found.minimum.normal;
         contact.gap = found.gap;
         contact.friction = scene.friction(triangle);
-        remembered[slot].push({0, contact.point, contact.normal, contact.organ, 0});
+        memory.add(slot, contact.point, contact.normal, contact.organ);
         contacts.push_back(contact);
     }
-}
-
-// Hands the identities of the tick before on: first within each slot, then to neighbours along the chain,
-// since a rim stays where it is while the shaft slides past; the nearest pairs first. What is left is new.
-void ChainContacts::Impl::identify(const Chain& chain) {
-    const std::size_t first = 2 * chain.first_segment, last = 2 * chain.node_count() - 1;
-    const auto match = [&](std::size_t slot, std::size_t with) {
-        const double radius = slot % 2 == 0 ? node_radius(chain, slot / 2) : chain.radius[slot / 2];
-        while (true) {
-            Memory* to = nullptr;
-            Memory* from = nullptr;
-            double nearest = same_contact_move * radius * same_contact_move * radius;
-            for (Memory& now : remembered[slot])
-                for (Memory& then : memories[with]) {
-                    if (now.id != 0 || then.id == 0 || now.organ != then.organ) continue;
-                    if (dot(now.normal, then.normal) <= same_contact_cosine) continue;
-                    const double distance2 = norm2(now.point - then.point);
-                    if (distance2 < nearest) {
-                        nearest = distance2;
-                        to = &now;
-                        from = &then;
-                    }
-                }
-            if (to == nullptr) return;
-            to->id = from->id;
-            from->id = 0;
-        }
-    };
-    for (std::size_t slot = first; slot < last; ++slot)
-        match(slot, slot);
-    const auto is_new = [](const Memory& memory) { return memory.id == 0; };
-    for (std::size_t slot = first; slot < last; ++slot)
-        for (std::size_t step = 1;
-             step <= 2 && std::any_of(remembered[slot].begin(), remembered[slot].end(), is_new); ++step) {
-            if (slot >= step) match(slot, slot - step);
-            if (slot + step < memories.size()) match(slot, slot + step);
-        }
-    std::size_t at = 0;
-    for (std::size_t slot = first; slot < last; ++slot)
-        for (Memory& memory : remembered[slot]) {
-            if (memory.id == 0) memory.id = next_id++;
-            contacts[at++].id = memory.id;
-        }
 }
 
 ChainContacts::ChainContacts(std::size_t most_nodes) : impl_(std::make_unique<Impl>(most_nodes)) {}
@@ -446,8 +369,7 @@ std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const C
     state.valid = Impl::acceptable(chain, state.most_nodes) && margin >= 0.0 && std::isfinite(margin);
     if (!state.valid) return state.contacts;
 
-    for (FewMemories& slot : state.remembered)
-        slot.size = 0;
+    state.memory.start();
     if (chain.first_segment < chain.radius.size()) {
         const std::size_t n = chain.node_count();
         if (scene.has_screens()) state.refresh(scene, chain, margin);
@@ -457,11 +379,16 @@ std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const C
         }
         for (std::size_t i = chain.first_segment; i + 1 < n; ++i)
             state.drop_shared(chain, i);
-        for (std::size_t slot = 2 * chain.first_segment; slot < 2 * n - 1; ++slot)
+        const std::size_t first = 2 * chain.first_segment, last = 2 * n - 1;
+        for (std::size_t slot = first; slot < last; ++slot)
             state.emit(scene, chain, slot);
-        state.identify(chain);
+        const auto radius = [&](std::size_t slot) {
+            return slot % 2 == 0 ? Impl::node_radius(chain, slot / 2) : chain.radius[slot / 2];
+        };
+        auto contact = state.contacts.begin();
+        state.memory.identify(first, last, radius, [&](std::uint64_t id) { (contact++)->id = id; });
     }
-    std::swap(state.memories, state.remembered);
+    state.memory.finish();
     return state.contacts;
 }
 
@@ -470,62 +397,20 @@ bool ChainContacts::valid() const {
 }
 
 void ChainContacts::reset() {
-    for (FewMemories& slot : impl_->memories)
-        slot.size = 0;
-    impl_->next_id = 1;
+    impl_->memory.reset();
     impl_->valid = true;
     impl_->contacts.clear();
 }
 
 std::size_t ChainContacts::state_size() const {
-    return sizeof(StateHeader) + impl_->memories.size() * (sizeof(std::uint64_t) + most * sizeof(Memory));
+    return impl_->memory.state_size();
 }
-
 void ChainContacts::save(std::span<std::byte> state) const {
-    if (state.size() < state_size()) return;
-    std::byte* at = state.data();
-    const auto put = [&](const void* data, std::size_t size) {
-        std::memcpy(at, data, size);
-        at += size;
-    };
-    const StateHeader header{state_magic, impl_->memories.size(), impl_->next_id};
-    put(&header, sizeof header);
-    for (const FewMemories& slot : impl_->memories) {
-        const std::uint64_t size = slot.size;
-        put(&size, sizeof size);
-        for (std::size_t i = 0; i < most; ++i) {
-            const Memory memory = i < slot.size ? slot.items[i] : Memory{};
-            put(&memory, sizeof memory);
-        }
-    }
+    impl_->memory.save(state);
 }
 
 bool ChainContacts::load(std::span<const std::byte> state) {
-    if (state.size() != state_size()) return false;
-    const std::byte* at = state.data();
-    const auto take = [&](void* data, std::size_t size) {
-        std::memcpy(data, at, size);
-        at += size;
-    };
-    StateHeader header;
-    take(&header, sizeof header);
-    if (header.magic != state_magic || header.slots != impl_->memories.size() || header.next_id == 0)
-        return false;
-    std::vector<FewMemories> loaded(impl_->memories.size());
-    for (FewMemories& slot : loaded) {
-        std::uint64_t size;
-        take(&size, sizeof size);
-        if (size > most) return false;
-        slot.size = size;
-        for (Memory& memory : slot.items)
-            take(&memory, sizeof memory);
-        for (const Memory& memory : slot)
-            if (memory.id == 0 || memory.id >= header.next_id || !is_finite(memory.point) ||
-                !is_finite(memory.normal))
-                return false;
-    }
-    impl_->memories = std::move(loaded);
-    impl_->next_id = header.next_id;
+    if (!impl_->memory.load(state)) return false;
     impl_->valid = true;
     impl_->contacts.clear();
     return true;

@@ -448,7 +448,7 @@ TEST(ChainContacts, refuses_states_that_it_did_not_write) {
     wrong[0] ^= std::byte{1};
     EXPECT_FALSE(query.load(wrong));
     wrong = state;
-    std::memset(wrong.data() + 24, 0xff, 8); // the first count
+    std::memset(wrong.data() + 32, 0xff, 8); // the first count
     EXPECT_FALSE(query.load(wrong));
 }
 
