@@ -113,8 +113,6 @@ struct ChainContacts::Impl {
     std::array<FewEdges, 2>
         crossed_edges; // of an even and an odd segment, between its node's turn and its own
 
-    static bool acceptable(const Chain& chain, std::size_t most_nodes);
-    static double node_radius(const Chain& chain, std::size_t node);
     bool remembers(const TriangleScene& scene, std::size_t slot) const {
         return scene.has_screens() && candidates[slot].complete();
     }
@@ -129,21 +127,12 @@ struct ChainContacts::Impl {
     void emit(const TriangleScene& scene, const Chain& chain, std::size_t slot);
 };
 
-bool ChainContacts::Impl::acceptable(const Chain& chain, std::size_t most_nodes) {
-    const std::size_t n = chain.node_count();
-    if (n < 2 || n > most_nodes || chain.y.size() != n || chain.z.size() != n || chain.radius.size() != n - 1)
-        return false;
-    for (std::size_t i = chain.first_segment; i < n; ++i)
-        if (!is_finite(chain.node(i))) return false;
-    return std::all_of(chain.radius.begin(), chain.radius.end(),
-                       [](double r) { return r > 0.0 && std::isfinite(r); });
-}
-
-double ChainContacts::Impl::node_radius(const Chain& chain, std::size_t node) {
-    double radius = 0.0;
-    if (node > chain.first_segment) radius = chain.radius[node - 1];
-    if (node < chain.radius.size()) radius = std::max(radius, chain.radius[node]);
-    return radius;
+bool Chain::acceptable(std::size_t most_nodes) const {
+    const std::size_t n = node_count();
+    if (n < 2 || n > most_nodes || y.size() != n || z.size() != n || radius.size() != n - 1) return false;
+    for (std::size_t i = first_segment; i < n; ++i)
+        if (!is_finite(node(i))) return false;
+    return std::all_of(radius.begin(), radius.end(), [](double r) { return r > 0.0 && std::isfinite(r); });
 }
 
 // Sees to it that every slot's candidates hold. The tree is asked for a place ahead in the direction of
@@ -161,7 +150,7 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
     std::size_t early = n / 16 + 1;
     for (std::size_t i = chain.first_segment; i < n; ++i) {
         const std::size_t end = i + 1 < n ? i + 1 : i;
-        const double reach = node_radius(chain, i) + margin;
+        const double reach = chain.node_radius(i) + margin;
         bool holds = candidates[i].hold(scene.version(), chain.node(i), chain.node(end), reach);
         if (holds && early > 0 && candidates[i].aging(chain.node(i), last_nodes[i])) {
             --early;
@@ -175,7 +164,7 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
 
 void ChainContacts::Impl::find_at_node(const TriangleScene& scene, const Chain& chain, double margin,
                                        std::size_t node) {
-    const double radius = node_radius(chain, node), reach = radius + margin;
+    const double radius = chain.node_radius(node), reach = radius + margin;
     const Vec3 c = chain.node(node);
     list.clear();
     Minimum minimum;
@@ -366,7 +355,7 @@ ChainContacts& ChainContacts::operator=(ChainContacts&&) noexcept = default;
 std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const Chain& chain, double margin) {
     Impl& state = *impl_;
     state.contacts.clear();
-    state.valid = Impl::acceptable(chain, state.most_nodes) && margin >= 0.0 && std::isfinite(margin);
+    state.valid = chain.acceptable(state.most_nodes) && margin >= 0.0 && std::isfinite(margin);
     if (!state.valid) return state.contacts;
 
     state.memory.start();
@@ -383,7 +372,7 @@ std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const C
         for (std::size_t slot = first; slot < last; ++slot)
             state.emit(scene, chain, slot);
         const auto radius = [&](std::size_t slot) {
-            return slot % 2 == 0 ? Impl::node_radius(chain, slot / 2) : chain.radius[slot / 2];
+            return slot % 2 == 0 ? chain.node_radius(slot / 2) : chain.radius[slot / 2];
         };
         auto contact = state.contacts.begin();
         state.memory.identify(first, last, radius, [&](std::uint64_t id) { (contact++)->id = id; });

@@ -42,6 +42,13 @@ struct Chain {
     }
     std::size_t node_count() const { return x.size(); }
     Vec3 node(std::size_t i) const { return {x[i], y[i], z[i]}; }
+    // The thicker of the tested segments that meet at a node.
+    double node_radius(std::size_t i) const {
+        const double before = i > first_segment ? radius[i - 1] : 0.0;
+        return i < radius.size() && radius[i] > before ? radius[i] : before;
+    }
+    // Two to most_nodes nodes, spans that fit, positive radii, tested nodes finite.
+    bool acceptable(std::size_t most_nodes) const;
 };
 
 struct Contact {
