@@ -48,10 +48,17 @@ std::uint32_t add_name(const char* plugin, const char* function) {
     return at + 1;
 }
 
+// An address may have come to hold another text.
+bool is_named(std::uint32_t code, const char* plugin) {
+    const Blame::Name& name = current->names[code - 1];
+    return std::strncmp(name.plugin, plugin, sizeof name.plugin - 1) == 0;
+}
+
 std::uint32_t code_of(const char* plugin, const char* function) {
     for (std::uint32_t i = 0; i < thread.known_count; ++i) {
         const Known& known = thread.known[i];
-        if (known.plugin == plugin && known.function == function) return known.code;
+        if (known.plugin == plugin && known.function == function && is_named(known.code, plugin))
+            return known.code;
     }
     const std::uint32_t code = add_name(plugin, function);
     if (thread.known_count < thread.known.size())
@@ -103,7 +110,7 @@ bool is_realtime(const std::string& function) {
 }
 
 void note_faults() {
-    static std::array<char, 64 * 1024> stack;
+    thread_local std::array<char, 16 * 1024> stack;
     stack_t alternative{};
     alternative.ss_sp = stack.data();
     alternative.ss_size = stack.size();

@@ -40,13 +40,13 @@ struct Pipe {
 };
 
 // The first line that is not empty, printable.
-std::string first_line(const std::string& said) {
+std::string first_line(const std::string& said, std::size_t most) {
     std::string line;
     for (const char c : said) {
         if (c == '\n' && !line.empty()) break;
         if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
     }
-    return line.substr(0, 200);
+    return line.substr(0, most);
 }
 
 // Reads until both ends are closed by the child or time is up; true if it was in time.
@@ -108,14 +108,14 @@ std::string probe_library(const std::filesystem::path& program, const std::files
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
-    const std::string line = first_line(said);
+    const std::string line = first_line(said, 200);
     const std::string quoted = line.empty() ? "" : " (it said: " + line + ")";
     const std::string remedy = "; repair the plugin or remove its folder";
     if (!is_in_time) return refuse("hangs while it is loaded: more than 2 s" + quoted + remedy);
     if (WIFSIGNALED(status))
         return refuse(std::string("crashes while it is loaded: ") + strsignal(WTERMSIG(status)) + quoted +
                       remedy);
-    answered = first_line(answered);
+    answered = first_line(answered, 1000);
     if (answered.empty()) return refuse("ends the process while it is loaded" + quoted + remedy);
     return answered == "ok" ? "" : answered;
 }
