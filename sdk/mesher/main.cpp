@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using namespace calot;
 
 /// Part of every file's identity: raise it when the same description gives other bits.
-constexpr const char* mesher_version = "calot-mesher 1";
+constexpr const char* mesher_version = "calot-mesher 2";
 
 constexpr const char* teaching = R"(
 A description says what an organ is made of: shapes with an id, a kind, dimensions in millimetres and their source,

@@ -33,9 +33,7 @@ std::vector<double> monotone_slopes(const std::vector<double>& t, const std::vec
         const double s0 = (y[i] - y[i - 1]) / h0, s1 = (y[i + 1] - y[i]) / h1;
         if (s0 * s1 > 0) d[i] = 3 * (h0 + h1) / ((2 * h1 + h0) / s0 + (h1 + 2 * h0) / s1);
     }
-    d[0] = (y[1] - y[0]) / (t[1] - t[0]);
-    d[n - 1] = (y[n - 1] - y[n - 2]) / (t[n - 1] - t[n - 2]);
-    return d;
+    return d; // level at both ends, so that a round cap continues the tube without a crease
 }
 
 double monotone_at(const std::vector<double>& t, const std::vector<double>& y, const std::vector<double>& d,

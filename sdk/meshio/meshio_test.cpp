@@ -138,8 +138,9 @@ TEST_F(Files, a_mesh_written_as_glb_is_read_back_with_its_regions_and_frame) {
     }
     for (std::size_t t = 0; t < 12; ++t)
         for (const auto v : back.triangles[t]) {
-            if (back.region[t] == 1)
+            if (back.region[t] == 1) {
                 EXPECT_NEAR(back.vertices[v][2], 0.04, 1e-8) << "region 'top' is the superior face";
+            }
         }
     ASSERT_EQ(back.colours.size(), 8u);
     EXPECT_EQ(back.colours[0], (Colour{255, 128, 0, 255}));
