@@ -15,16 +15,11 @@ using rendering::WindowEvent;
 
 constexpr double kTurnPerPixel = 0.006; // rad
 constexpr double kZoomPerNotch = 0.88;
-constexpr double kProcessorScale =
-    0.6; // a third of the pixels: without a GPU the physics needs the processor
 
 rendering::RendererSettings sized(rendering::RendererSettings s, const rendering::Window& window) {
     s.width = std::clamp(window.width(), 64, 8192);
     s.height = std::clamp(window.height(), 64, 8192);
-    if (rendering::draws_on_processor()) {
-        s.scale = std::min(s.scale, kProcessorScale);
-        s.samples = 1;
-    }
+    if (rendering::draws_on_processor()) s.samples = 1; // 4 triple the time there
     return s;
 }
 

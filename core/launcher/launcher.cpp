@@ -8,7 +8,9 @@
 #include "rendering/window.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <chrono>
+#include <cstdio>
 #include <ctime>
 #include <exception>
 #include <imgui.h>
@@ -52,6 +54,7 @@ struct Launcher::State {
     void begin_case(const std::string& device_id, std::uint64_t case_seed);
     void end_case();
     void draw();
+    void clear() const;
     void draw_choice();
     void draw_details(const ProcedureEntry&, const Picture&);
     void draw_running();
@@ -82,6 +85,18 @@ std::string new_case_name(const std::string& id) {
     std::strftime(text, sizeof text, "%Y-%m-%d_%H-%M-%S", &local);
     const auto dot = id.find_last_of('.');
     return std::string(text) + "_" + (dot == std::string::npos ? id : id.substr(dot + 1));
+}
+
+// Four significant digits are what a reader needs; the file has them all. What is not a number stays as it
+// is.
+std::string readable(const std::string& value) {
+    double number = 0;
+    const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+    if (error != std::errc() || end != value.data() + value.size() || value.find('.') == std::string::npos)
+        return value;
+    char text[32];
+    std::snprintf(text, sizeof text, "%.4g", number);
+    return text;
 }
 
 std::string last_line(const std::string& text) {
@@ -208,41 +223,43 @@ void Launcher::State::draw_choice() {
         draw_details(settings.procedures[procedure], pictures[procedure]);
     ImGui::EndChild();
 
-    // Device, seed, operator, start.
+    // Device, operator, seed, start.
     const float unit = overlay.body()->FontSize;
-    ImGui::BeginGroup();
-    ImGui::TextDisabled("Device");
-    ImGui::SetNextItemWidth(unit * 17);
-    const char* current =
-        device < settings.devices.size() ? settings.devices[device].title.c_str() : "none installed";
-    if (ImGui::BeginCombo("##device", current)) {
-        for (std::size_t i = 0; i < settings.devices.size(); ++i)
-            if (ImGui::Selectable((settings.devices[i].title + "##" + settings.devices[i].id).c_str(),
-                                  i == device))
-                device = i;
-        ImGui::EndCombo();
+    const float top = ImGui::GetCursorPosY();
+    if (ImGui::BeginTable("choices", 3, ImGuiTableFlags_SizingFixedFit, ImVec2(unit * 38, 0))) {
+        for (const char* label : {"Device", "Operator", "Variation"}) {
+            ImGui::TableNextColumn();
+            ImGui::TextDisabled("%s", label);
+        }
+        ImGui::TableNextColumn();
+        ImGui::SetNextItemWidth(unit * 16);
+        const char* current =
+            device < settings.devices.size() ? settings.devices[device].title.c_str() : "none installed";
+        if (ImGui::BeginCombo("##device", current)) {
+            for (std::size_t i = 0; i < settings.devices.size(); ++i)
+                if (ImGui::Selectable((settings.devices[i].title + "##" + settings.devices[i].id).c_str(),
+                                      i == device))
+                    device = i;
+            ImGui::EndCombo();
+        }
+        ImGui::TableNextColumn();
+        ImGui::SetNextItemWidth(unit * 8);
+        ImGui::InputTextWithHint("##operator", "code", &operator_code);
+        if (operator_code.size() > 64) operator_code.resize(64);
+        ImGui::TableNextColumn();
+        ImGui::SetNextItemWidth(unit * 8);
+        if (ImGui::InputInt("##seed", &seed)) seed = std::clamp(seed, 0, 1'000'000'000);
+        ImGui::EndTable();
     }
-    ImGui::EndGroup();
-    ImGui::SameLine();
-    ImGui::BeginGroup();
-    ImGui::TextDisabled("Operator");
-    ImGui::SetNextItemWidth(unit * 8);
-    ImGui::InputTextWithHint("##operator", "code", &operator_code);
-    if (operator_code.size() > 64) operator_code.resize(64);
-    ImGui::EndGroup();
-    ImGui::SameLine();
-    ImGui::BeginGroup();
-    ImGui::TextDisabled("Variation");
-    ImGui::SetNextItemWidth(unit * 8);
-    if (ImGui::InputInt("##seed", &seed)) seed = std::clamp(seed, 0, 1'000'000'000);
-    ImGui::EndGroup();
+    const float bottom = ImGui::GetCursorPosY();
 
     const bool ready = procedure < settings.procedures.size() && device < settings.devices.size();
     const float start_width = unit * 10, show_width = unit * 12;
     const bool has_demonstration =
         procedure < settings.procedures.size() && !settings.procedures[procedure].demonstration.empty();
-    ImGui::SameLine(ImGui::GetWindowContentRegionMax().x - start_width -
-                    (has_demonstration ? show_width + 12 : 0));
+    ImGui::SetCursorPos(ImVec2(ImGui::GetWindowContentRegionMax().x - start_width -
+                                   (has_demonstration ? show_width + unit : 0),
+                               top + unit * 0.6f));
     ImGui::BeginGroup();
     if (has_demonstration) {
         if (ImGui::Button("Watch a demonstration", ImVec2(show_width, overlay.large()->FontSize * 2.0f)))
@@ -255,6 +272,7 @@ void Launcher::State::draw_choice() {
         begin_case(settings.devices[device].id, static_cast<std::uint64_t>(seed));
     ImGui::EndDisabled();
     ImGui::EndGroup();
+    ImGui::SetCursorPosY(std::max(bottom, ImGui::GetCursorPosY()));
     if (!problem.empty()) ImGui::TextColored(ImVec4(1, 0.62f, 0.5f, 1), "%s", problem.c_str());
     if (!settings.refusals.empty()) {
         ImGui::TextDisabled("%zu plugin%s refused: %s", settings.refusals.size(),
@@ -313,7 +331,7 @@ void Launcher::State::draw_results() {
             if (r.value.empty())
                 ImGui::TextDisabled("not measured");
             else
-                ImGui::TextUnformatted(r.value.c_str());
+                ImGui::TextUnformatted(readable(r.value).c_str());
             ImGui::TableNextColumn();
             ImGui::TextDisabled("%s", r.unit.c_str());
         }
@@ -355,6 +373,13 @@ void Launcher::State::draw() {
     ImGui::PopStyleVar(2);
 }
 
+void Launcher::State::clear() const {
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+    glViewport(0, 0, window.width(), window.height());
+    glClearColor(0.06f, 0.075f, 0.09f, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+}
+
 Launcher::Launcher(LauncherSettings settings) : state_(std::make_unique<State>(std::move(settings))) {}
 Launcher::~Launcher() = default;
 
@@ -378,10 +403,7 @@ bool Launcher::step() {
     if (s.child && !s.child->poll()) s.end_case();
     s.overlay.begin(s.window.width(), s.window.height(), 1.0 / 60, s.window.new_frame());
     s.draw();
-    glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    glViewport(0, 0, s.window.width(), s.window.height());
-    glClearColor(0.06f, 0.075f, 0.09f, 1);
-    glClear(GL_COLOR_BUFFER_BIT);
+    s.clear();
     s.overlay.end();
     s.window.swap();
     // Nothing moves here: leave the processor to the case.
@@ -389,16 +411,16 @@ bool Launcher::step() {
     return true;
 }
 
-void Launcher::read(rendering::Image& out) const {
-    const State& s = *state_;
+void Launcher::read(rendering::Image& out) {
+    State& s = *state_;
+    s.clear(); // what was swapped is the window system's: draw it again
+    s.overlay.repeat();
     out.width = s.window.width();
     out.height = s.window.height();
     const std::size_t row = static_cast<std::size_t>(out.width) * 4;
     out.rgba.resize(row * static_cast<std::size_t>(out.height));
     glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
-    glReadBuffer(GL_FRONT);
     glReadPixels(0, 0, out.width, out.height, GL_RGBA, GL_UNSIGNED_BYTE, out.rgba.data());
-    glReadBuffer(GL_BACK);
     for (int y = 0; y < out.height / 2; ++y)
         std::swap_ranges(out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * y,
                          out.rgba.begin() + static_cast<std::ptrdiff_t>(row) * (y + 1),

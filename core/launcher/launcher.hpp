@@ -64,7 +64,7 @@ class Launcher {
     void start();
 
     /// The last frame.
-    void read(rendering::Image& out) const;
+    void read(rendering::Image& out);
 
   private:
     struct State;

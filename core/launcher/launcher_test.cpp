@@ -80,7 +80,7 @@ class LauncherTest : public testing::Test {
         }
     }
 
-    static rendering::Image picture(const Launcher& launcher, const char* name) {
+    static rendering::Image picture(Launcher& launcher, const char* name) {
         rendering::Image image;
         launcher.read(image);
         if (const char* folder = std::getenv("CALOT_TEST_PICTURES"))

@@ -42,6 +42,7 @@ int run(int argc, char** argv) {
     const toml::table anatomy = toml::parse_file(file.string());
     const double along = argc > 3 ? std::clamp(std::atof(argv[3]), 0.02, 1.0) : 0.6;
     RendererSettings settings;
+    settings.scale = 1;
     if (argc > 4) settings.width = std::atoi(argv[4]);
     if (argc > 5) settings.height = std::atoi(argv[5]);
     const double bearing = (argc > 6 ? std::atof(argv[6]) : 20.0) * std::numbers::pi / 180;

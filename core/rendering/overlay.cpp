@@ -63,6 +63,11 @@ void Overlay::end() {
     ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
+void Overlay::repeat() {
+    ImGui::SetCurrentContext(context_);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+}
+
 double Overlay::line_height() const {
     return body_->FontSize * 1.35;
 }

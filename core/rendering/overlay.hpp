@@ -26,6 +26,9 @@ class Overlay {
     /// Draws what was put into the frame over the framebuffer that is bound.
     void end();
 
+    /// Draws the last frame once more.
+    void repeat();
+
     ImGuiContext* context() const { return context_; }
     ImFont* body() const { return body_; }
     ImFont* large() const { return large_; }

@@ -27,6 +27,7 @@ class Picture : public testing::Test {
         RendererSettings settings;
         settings.width = width;
         settings.height = height;
+        settings.scale = 1;
         renderer_ = std::make_unique<Renderer>(settings);
     }
 

@@ -98,12 +98,15 @@ Renderer::Renderer(const RendererSettings& settings) {
     check_size(settings.width, settings.height);
     if (settings.samples != 1 && settings.samples != 4)
         throw std::invalid_argument("renderer: samples must be 1 or 4");
-    if (!(settings.scale >= 0.25 && settings.scale <= 1))
+    RendererSettings chosen = settings;
+    if (settings.scale == 0)
+        chosen.scale = settings.samples == 1 && draws_on_processor() ? kProcessorScale : 1;
+    if (!(chosen.scale >= 0.25 && chosen.scale <= 1))
         throw std::invalid_argument("renderer: scale must lie in 0.25..1");
-    if (settings.samples > 1 && settings.scale != 1)
+    if (chosen.samples > 1 && chosen.scale != 1)
         throw std::invalid_argument("renderer: with samples = 4, scale must be 1");
     check(settings.optics);
-    state_ = std::make_unique<State>(settings, find_shaders(settings.shaders));
+    state_ = std::make_unique<State>(chosen, find_shaders(settings.shaders));
 }
 
 Renderer::~Renderer() = default;

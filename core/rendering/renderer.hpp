@@ -27,11 +27,14 @@ struct Layout {
 };
 Layout make_layout(int width, int height, bool external_on);
 
+inline constexpr double kProcessorScale = 0.7; // half the pixels
+
 struct RendererSettings {
     int width = 1280, height = 720;
-    int samples = 1;  // of multi-sampling: 1 or 4; 4 triples the time without a GPU
-    double scale = 1; // of the views in the picture, 0.25..1: smaller is faster without a GPU and a little
-                      // softer; text stays sharp
+    int samples = 1; // of multi-sampling: 1 or 4; 4 triples the time without a GPU
+    // Of the views within the picture, 0.25..1: smaller is faster and a little softer; text stays sharp. 0: 1
+    // on a graphics card, kProcessorScale where the processor draws.
+    double scale = 0;
     Optics optics;
     std::filesystem::path shaders; // folder; empty: found (see find_shaders)
     double text_scale = 1.0;
