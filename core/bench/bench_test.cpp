@@ -1,0 +1,115 @@
+// The reference problems, and the claims that plugins make about them.
+#include "bench/bench.hpp"
+#include "bench/references.hpp"
+#include "bench/rod_problems.hpp"
+#include "host/plugins.hpp"
+#include "host/services.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <sstream>
+
+namespace calot::bench {
+namespace {
+
+host::Plugins& plugins() {
+    static host::Services services;
+    static host::Plugins all(services, [] {
+        host::Plugins::Options options = host::Plugins::defaults();
+        options.places = {{.folder = CALOT_BINARY_DIR "/lib/calot/plugins", .origin = "the build"}};
+        options.probe_program = CALOT_BINARY_DIR "/bin/calot-probe";
+        return options;
+    }());
+    return all;
+}
+
+int run(std::vector<std::string> arguments, std::string& out, std::string& errors) {
+    std::ostringstream o, e;
+    const int code = run_rod(plugins(), arguments, o, e);
+    out = o.str(), errors = e.str();
+    return code;
+}
+
+TEST(References, agree_with_mattiasson) {
+    // K. Mattiasson, Int. J. Numer. Meth. Eng. 17 (1981) 145, table 1.
+    const double alpha[] = {1, 2, 5, 10}, drop[] = {0.30172, 0.49346, 0.71379, 0.81061};
+    const double shortening[] = {0.05643, 0.16064, 0.38763, 0.55500};
+    for (int k = 0; k < 4; ++k) {
+        const PlanarTip tip = planar_tip(alpha[k], 0);
+        EXPECT_NEAR(tip.drop, drop[k], 6e-6) << "alpha " << alpha[k];
+        EXPECT_NEAR(tip.shortening, shortening[k], 6e-6) << "alpha " << alpha[k];
+    }
+    EXPECT_NEAR(planar_tip(0, 5).drop, 0.495905, 1e-6);
+    // The linear beam, P L^3 / 3 EI and w L^4 / 8 EI.
+    EXPECT_NEAR(planar_tip(1e-3, 0).drop, 1e-3 / 3, 1e-9);
+    EXPECT_NEAR(planar_tip(0, 1e-3).drop, 1e-3 / 8, 1e-9);
+}
+
+// Every problem that a rod's manifest claims, at a size that a test can wait for.
+class Claims : public testing::TestWithParam<std::string> {};
+
+TEST_P(Claims, are_met) {
+    RodOptions options;
+    options.model = "org.calot.rod-cosserat";
+    options.nodes = GetParam() == "elastica" ? 100 : 50;
+    if (GetParam() == "compress" || GetParam() == "refine") options.nodes = 128;
+    const RodProblem* problem = find_rod_problem(GetParam());
+    ASSERT_NE(problem, nullptr);
+    const auto rows = problem->run([] { return plugins().make(host::Kind::rod, "org.calot.rod-cosserat"); }, options);
+    ASSERT_FALSE(rows.empty());
+    bool is_judged = false;
+    for (const Row& r : rows) {
+        is_judged = is_judged || std::isfinite(r.bound);
+        EXPECT_TRUE(r.met()) << r.problem << ' ' << r.quantity << " (" << r.setting << "): got " << r.measured
+                             << ", expected " << r.reference << ", error " << r.error << ", bound " << r.bound;
+    }
+    EXPECT_TRUE(is_judged);
+}
+
+std::vector<std::string> claims() {
+    return plugins().find(host::Kind::rod, "org.calot.rod-cosserat").model->claims;
+}
+
+INSTANTIATE_TEST_SUITE_P(RodCosserat, Claims, testing::ValuesIn(claims()), [](const auto& info) {
+    std::string name = info.param;
+    std::replace(name.begin(), name.end(), '-', '_');
+    return name;
+});
+
+TEST(RodCosserat, claims_what_every_rod_must) {
+    const auto claimed = claims();
+    for (const char* must : {"rest", "cantilever", "twist", "rotate"})
+        EXPECT_NE(std::find(claimed.begin(), claimed.end(), must), claimed.end()) << must;
+}
+
+TEST(BenchRod, csv_has_the_agreed_columns) {
+    std::string out, errors;
+    ASSERT_EQ(run({"twist", "--nodes", "20", "--load", "0.1", "--csv"}, out, errors), 0) << errors;
+    std::istringstream lines(out);
+    std::string header, row;
+    std::getline(lines, header), std::getline(lines, row);
+    EXPECT_EQ(header, "problem,model,nodes,dt,quantity,measured,reference,error,bound,met");
+    EXPECT_EQ(row.rfind("twist,org.calot.rod-cosserat,20,0.001,tip_angle,0.22", 0), 0u) << row;
+    EXPECT_EQ(std::count(row.begin(), row.end(), ','), 9);
+}
+
+TEST(BenchRod, prints_what_a_step_costs) {
+    std::string out, errors;
+    ASSERT_EQ(run({"--nodes", "30", "--csv"}, out, errors), 0) << errors;
+    for (const char* part : {"\nrod,", "\nconstraints,", "\ncontacts,"}) EXPECT_NE(out.find(part), std::string::npos) << out;
+    EXPECT_NE(out.find("us_per_simulated_ms"), std::string::npos);
+}
+
+TEST(BenchRod, names_what_is_wrong_with_its_arguments) {
+    std::string out, errors;
+    EXPECT_EQ(run({"levitate"}, out, errors), 2);
+    EXPECT_NE(errors.find("levitate"), std::string::npos) << errors;
+    EXPECT_EQ(run({"rest", "--nodes", "-4"}, out, errors), 2);
+    EXPECT_NE(errors.find("--nodes"), std::string::npos) << errors;
+    EXPECT_EQ(run({"rest", "--model", "org.example.none"}, out, errors), 2);
+    EXPECT_NE(errors.find("org.example.none"), std::string::npos) << errors;
+}
+
+} // namespace
+} // namespace calot::bench

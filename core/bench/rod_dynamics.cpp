@@ -1,0 +1,123 @@
+// Reference problems in motion.
+#include "bench/random.hpp"
+#include "bench/rod_problems.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace calot::bench {
+
+namespace {
+constexpr double pi = std::numbers::pi;
+}
+
+std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& o) {
+    const UniformRod uniform = UniformRod::of(o, {.nodes = 40});
+    Random random(o.seed);
+    const Quat turn = random.orientation();
+    const double moment = o.load.value_or(1.5 * uniform.bending / uniform.length);
+    const auto swing = [&](const Quat& scene) {
+        BenchRod::Setup s;
+        s.rod = uniform;
+        s.position = straight_line(uniform, {}, scene * along_x);
+        s.frame = same_frames(uniform, scene * along_x);
+        s.drag = 0.3 * uniform.lowest_frequency();
+        BenchRod rod(make, std::move(s));
+        rod.clamp_base({}, scene * along_x);
+        store(rotate(scene, {0, 9.81, 0}), rod.input.gravity);
+        rod.load_tip({}, rotate(scene, Vec3{0.6, 0.3, 0.5} * moment));
+        for (int k = 0; k < 300; ++k) rod.step();
+        std::vector<Vec3> p;
+        for (int i = 0; i < uniform.nodes; ++i) p.push_back(rod.position(i));
+        return p;
+    };
+    const auto plain = swing({}), turned = swing(turn);
+    double worst = 0;
+    for (std::size_t i = 0; i < plain.size(); ++i) worst = std::max(worst, norm(turned[i] - rotate(turn, plain[i])));
+    worst /= uniform.length;
+    const double moved = norm(plain.back() - Vec3{uniform.length, 0, 0}) / uniform.length;
+    return {absolute_row("rotate", o, uniform, "deviation", worst, 0, worst, 1e-9, setting("moved", moved))};
+}
+
+// Bent by a tip load and its own weight, then let go: weight stays, the load is gone. Energies are divided by the
+// greatest kinetic energy.
+std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& o) {
+    const UniformRod uniform = UniformRod::of(o);
+    const double unit = uniform.bending / (uniform.length * uniform.length), load = o.load.value_or(unit);
+    const double w = uniform.lowest_frequency(), period = 2 * pi / w;
+    BenchRod::Setup s;
+    s.rod = uniform;
+    s.position = straight_line(uniform, {}, along_x);
+    s.frame = same_frames(uniform, along_x);
+    s.drag = 2 * w;
+    BenchRod rod(make, std::move(s));
+    rod.clamp_base({}, along_x);
+    rod.input.gravity[1] = 0.5 * unit / (uniform.mass_per_length * uniform.length);
+    rod.load_tip({0, load, 0}, {});
+    rod.settle(1e-10 * uniform.length * w, 80 / w);
+    rod.set_drag(0);
+    rod.input.tip.mode = CALOT_END_FREE;
+
+    constexpr int periods = 4;
+    const double start = rod.energy(), begin = rod.seconds();
+    double highest = start, kinetic = 0, rise = -std::numeric_limits<double>::infinity();
+    std::vector<double> maxima;
+    while (rod.seconds() - begin < periods * period) {
+        rod.step();
+        const auto index = static_cast<std::size_t>((rod.seconds() - begin) / period);
+        if (index >= maxima.size()) maxima.push_back(rod.energy());
+        maxima.back() = std::max(maxima.back(), rod.energy());
+        highest = std::max(highest, rod.energy());
+        kinetic = std::max(kinetic, rod.output().kinetic_energy);
+    }
+    for (std::size_t k = 2; k < maxima.size(); ++k) rise = std::max(rise, (maxima[k] - maxima[k - 1]) / kinetic);
+    const double above = (highest - start) / kinetic, left = 1 - (start - rod.energy()) / kinetic;
+    const double ratio = -std::log(std::max(left, 1e-300)) / (4 * pi * periods);
+    const std::string label = setting("PL2/EI", load / unit);
+    return {absolute_row("energy", o, uniform, "energy_above_start", above, 0, std::max(0.0, above), 1e-6, label),
+            absolute_row("energy", o, uniform, "rise_of_maxima", rise, 0, std::max(0.0, rise), 0, label),
+            plain_row("energy", o, uniform, "damping_ratio", ratio, label)};
+}
+
+// A straight rod between two clamps; the base lies in the guide, turned by the coupling and free to slide. Perturbation:
+// a lateral weight of 1e-3 EI/L^2 over the length. The critical torque is the greatest that the clamp sees before the rod
+// leaves the straight shape by 5 % of its length.
+std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& o) {
+    const UniformRod free_part = UniformRod::of(o, {.nodes = 60});
+    const double l = free_part.length / (free_part.nodes - 1);
+    // A few segments stay in the guide and are drawn out as the rod buckles.
+    const int spare = std::max(4, free_part.nodes / 5);
+    UniformRod uniform = free_part;
+    uniform.nodes += spare, uniform.length += spare * l;
+    BenchRod::Setup s;
+    s.rod = uniform;
+    s.position = straight_line(uniform, {-spare * l, 0, 0}, along_x);
+    s.frame = same_frames(uniform, along_x);
+    s.drag = 2 * free_part.lowest_frequency();
+    calot_guide guide{};
+    guide.present = 1;
+    guide.direction[0] = 1;
+    s.guide = guide;
+    BenchRod rod(make, std::move(s));
+    rod.clamp_tip({free_part.length, 0, 0}, along_x);
+    rod.input.gravity[1] = 1e-3 * free_part.bending / std::pow(free_part.length, 3) / free_part.mass_per_length;
+    const double expected = 8.987 * free_part.bending / free_part.length;
+    // Twice the critical twist within 40 periods of the lowest mode.
+    const double end = 2 * expected * uniform.length / uniform.torsion, duration = 40 * 2 * pi / free_part.lowest_frequency();
+    rod.input.base.mode = CALOT_END_COUPLED;
+    rod.input.base.insertion.limit = 1;
+    rod.input.base.rotation = {0, end / duration, 100 * uniform.torsion, 0.01 * uniform.torsion, 1e3};
+    double torque = 0, moved = 0;
+    while (rod.seconds() < duration && moved < 0.05 * free_part.length) {
+        rod.step();
+        rod.input.base.rotation.target += rod.input.base.rotation.velocity * uniform.dt;
+        torque = std::max(torque, std::abs(rod.output().rotation_torque));
+        for (int i = 0; i < uniform.nodes; ++i) moved = std::max(moved, std::hypot(rod.position(i).y, rod.position(i).z));
+    }
+    Row r = relative_row("buckle", o, free_part, "critical_torque", torque, expected, 0.05, setting("moved", moved));
+    if (moved < 0.05 * free_part.length) r.error = std::numeric_limits<double>::max();
+    return {r};
+}
+
+} // namespace calot::bench

@@ -1,0 +1,53 @@
+#pragma once
+
+#include "bench/bench_rod.hpp"
+#include "bench/row.hpp"
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace calot::bench {
+
+/// A reference problem for rods. `docs/rods.md` says what each one is and where its reference comes from.
+struct RodProblem {
+    std::string_view id;
+    std::string_view what;
+    std::vector<Row> (*run)(const MakeInstance& make, const RodOptions& options);
+};
+
+std::span<const RodProblem> rod_problems();
+/// Null if there is none of this name.
+const RodProblem* find_rod_problem(std::string_view id);
+
+// rod_statics.cpp
+std::vector<Row> run_rest(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_cantilever(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_elastica(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_heavy(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_circle(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_twist(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_refine(const MakeInstance& make, const RodOptions& options);
+// rod_dynamics.cpp
+std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& options);
+// rod_contacts.cpp
+std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& options);
+
+/// A row with the relative error against `reference`, and with an absolute one.
+Row relative_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+                 double measured, double reference, double bound, std::string setting = {});
+Row absolute_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+                 double measured, double reference, double error, double bound, std::string setting = {});
+/// A row that is printed and not judged.
+Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity, double measured,
+              std::string setting = {});
+
+/// "name=1.5"
+std::string setting(const char* name, double value);
+
+} // namespace calot::bench

@@ -1,0 +1,51 @@
+#include "bench/row.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+namespace calot::bench {
+
+namespace {
+
+std::string number(double v, int digits = 17) {
+    if (std::isnan(v)) return "";
+    if (std::isinf(v)) return "";
+    char text[40];
+    const auto end = std::to_chars(text, text + sizeof text, v, std::chars_format::general, digits).ptr;
+    return {text, end};
+}
+
+} // namespace
+
+void write_csv(std::ostream& out, std::span<const Row> rows) {
+    out << "problem,model,nodes,dt,quantity,measured,reference,error,bound,met\n";
+    for (const Row& r : rows)
+        out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity << ','
+            << number(r.measured) << ',' << number(r.reference) << ',' << number(r.error) << ',' << number(r.bound) << ','
+            << (r.met() ? "true" : "false") << '\n';
+}
+
+void write_table(std::ostream& out, std::span<const Row> rows) {
+    std::vector<std::vector<std::string>> cells{
+        {"problem", "setting", "quantity", "measured", "reference", "error", "bound", "met"}};
+    for (const Row& r : rows)
+        cells.push_back({r.problem, r.setting, r.quantity, number(r.measured, 7), number(r.reference, 7),
+                         number(r.error, 3), number(r.bound, 3),
+                         std::isinf(r.bound) ? "-" : (r.met() ? "yes" : "NO")});
+    std::vector<std::size_t> width(cells[0].size(), 0);
+    for (const auto& line : cells)
+        for (std::size_t k = 0; k < line.size(); ++k) width[k] = std::max(width[k], line[k].size());
+    for (const auto& line : cells) {
+        std::string text;
+        for (std::size_t k = 0; k < line.size(); ++k) {
+            const std::string pad(width[k] - line[k].size(), ' ');
+            const bool is_number = k >= 3 && k <= 6;
+            text += (is_number ? pad + line[k] : line[k] + pad) + "  ";
+        }
+        text.erase(text.find_last_not_of(' ') + 1);
+        out << text << '\n';
+    }
+}
+
+} // namespace calot::bench

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <limits>
+#include <ostream>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace calot::bench {
+
+/// One quantity of a reference problem: what a model gave, what is right, and how far apart they may be.
+struct Row {
+    std::string problem;
+    std::string model;
+    int nodes = 0;
+    double dt = 0; ///< s
+    std::string quantity;
+    double measured = 0;
+    double reference = std::numeric_limits<double>::quiet_NaN(); ///< NaN: there is none
+    double error = 0;
+    double bound = std::numeric_limits<double>::infinity(); ///< infinite: printed, not judged
+    std::string setting; ///< what distinguishes rows of the same quantity; in the table only
+
+    bool met() const { return error <= bound; }
+};
+
+/// Columns problem,model,nodes,dt,quantity,measured,reference,error,bound,met. Full precision, "C" locale.
+void write_csv(std::ostream& out, std::span<const Row> rows);
+/// The same for people.
+void write_table(std::ostream& out, std::span<const Row> rows);
+
+} // namespace calot::bench
