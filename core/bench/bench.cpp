@@ -14,17 +14,21 @@ namespace {
 
 std::string problem_list() {
     std::string text;
-    for (const RodProblem& p : rod_problems()) text += (text.empty() ? "" : ", ") + std::string(p.id);
+    for (const RodProblem& p : rod_problems())
+        text += (text.empty() ? "" : ", ") + std::string(p.id);
     return text;
 }
 
-template <class T> void number(CLI::App& app, const char* name, std::optional<T>& to, const char* what, double low, double high) {
+template<class T>
+void number(CLI::App& app, const char* name, std::optional<T>& to, const char* what, double low,
+            double high) {
     app.add_option(name, to, what)->check(CLI::Range(low, high));
 }
 
 } // namespace
 
-int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, std::ostream& out, std::ostream& errors) {
+int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, std::ostream& out,
+            std::ostream& errors) {
     CLI::App app("Reference problems and costs of rod models", "calot bench rod");
     std::string problem;
     RodOptions o;
@@ -49,12 +53,16 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
         app.parse(reversed);
         const RodProblem* found = problem.empty() ? nullptr : find_rod_problem(problem);
         if (!problem.empty() && found == nullptr)
-            throw host::UserError("", "problem", "no rod problem is called \"" + problem + "\"; there are " + problem_list());
+            throw host::UserError(
+                "", "problem", "no rod problem is called \"" + problem + "\"; there are " + problem_list());
         const host::Found model = plugins.find(host::Kind::rod, o.model);
         const MakeInstance make = [&] { return plugins.make(host::Kind::rod, o.model); };
-        const auto rows = found != nullptr ? found->run(make, o) : rod_costs(make, o, model.model->budget_microseconds);
-        if (as_csv) write_csv(out, rows);
-        else write_table(out, rows);
+        const auto rows =
+            found != nullptr ? found->run(make, o) : rod_costs(make, o, model.model->budget_microseconds);
+        if (as_csv)
+            write_csv(out, rows);
+        else
+            write_table(out, rows);
         const bool is_met = std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.met(); });
         return found == nullptr || is_met ? 0 : 1;
     } catch (const CLI::ParseError& e) {

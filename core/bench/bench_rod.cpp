@@ -29,7 +29,8 @@ std::vector<double> straight_line(const UniformRod& rod, const Vec3& base, const
 
 std::vector<double> same_frames(const UniformRod& rod, const Quat& q) {
     std::vector<double> f;
-    for (int j = 0; j + 1 < rod.nodes; ++j) f.insert(f.end(), {q.w, q.x, q.y, q.z});
+    for (int j = 0; j + 1 < rod.nodes; ++j)
+        f.insert(f.end(), {q.w, q.x, q.y, q.z});
     return f;
 }
 
@@ -40,17 +41,19 @@ BenchRod::BenchRod(const MakeInstance& make, Setup setup) : instance_(make()), s
     const auto each = [&](double v) { return std::vector<double>(m, v); };
     const auto view = [](const std::vector<double>& v) { return calot_reals{v.data(), v.size()}; };
     const auto mass = each(rod.mass_per_length), radius = each(rod.radius), bending = each(rod.bending);
-    const auto torsion = each(rod.torsion), damping = each(setup_.bending_damping), friction = each(setup_.friction);
+    const auto torsion = each(rod.torsion), damping = each(setup_.bending_damping),
+               friction = each(setup_.friction);
     const auto length = each(rod.length / static_cast<double>(m));
     drag_ = each(setup_.drag * rod.mass_per_length);
 
     calot_rod_setup s{};
     s.struct_size = sizeof s;
     s.node_count = static_cast<std::uint32_t>(n);
-    s.position = view(setup_.position), s.frame = view(setup_.frame), s.rest_darboux = view(setup_.rest_darboux);
+    s.position = view(setup_.position), s.frame = view(setup_.frame),
+    s.rest_darboux = view(setup_.rest_darboux);
     s.length = view(length);
-    s.segments = {sizeof s.segments, view(mass),    view(radius), view(bending), view(bending), view(torsion),
-                  view(damping),     view(damping), view(drag_),  view(friction)};
+    s.segments = {sizeof s.segments, view(mass),    view(radius),  view(bending), view(bending),
+                  view(torsion),     view(damping), view(damping), view(drag_),   view(friction)};
     if (setup_.guide) s.guide = *setup_.guide;
     check(functions().configure(self(), &s, &error_), "rod.configure");
 
@@ -121,13 +124,15 @@ void BenchRod::settle(double speed, double longest) {
 
 double BenchRod::top_speed() const {
     double top = 0;
-    for (int i = 0; i < nodes(); ++i) top = std::max(top, norm(velocity(i)));
+    for (int i = 0; i < nodes(); ++i)
+        top = std::max(top, norm(velocity(i)));
     return top;
 }
 
 double BenchRod::arc_length() const {
     double sum = 0;
-    for (int i = 0; i + 1 < nodes(); ++i) sum += norm(position(i + 1) - position(i));
+    for (int i = 0; i + 1 < nodes(); ++i)
+        sum += norm(position(i + 1) - position(i));
     return sum;
 }
 
@@ -146,7 +151,8 @@ double end_twist(const BenchRod& rod, const Quat& clamp) {
         return 2 * std::atan2(p.w < 0 ? -p.z : p.z, std::abs(p.w));
     };
     double angle = turn(clamp, rod.frame(0)), last = 0;
-    for (int j = 0; j + 2 < rod.nodes(); ++j) angle += last = turn(rod.frame(j), rod.frame(j + 1));
+    for (int j = 0; j + 2 < rod.nodes(); ++j)
+        angle += last = turn(rod.frame(j), rod.frame(j + 1));
     return angle + 0.5 * last;
 }
 

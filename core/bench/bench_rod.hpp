@@ -55,12 +55,12 @@ class BenchRod {
   public:
     struct Setup {
         UniformRod rod;
-        std::vector<double> position; ///< 3N
-        std::vector<double> frame;    ///< 4(N-1) or empty
+        std::vector<double> position;     ///< 3N
+        std::vector<double> frame;        ///< 4(N-1) or empty
         std::vector<double> rest_darboux; ///< 3(N-1) or empty
-        double drag = 0;              ///< 1/s: external drag over mass
-        double bending_damping = 0;   ///< s
-        double friction = 1;          ///< factor of each segment
+        double drag = 0;                  ///< 1/s: external drag over mass
+        double bending_damping = 0;       ///< s
+        double friction = 1;              ///< factor of each segment
         std::optional<calot_guide> guide;
         std::uint32_t max_contacts = 0;
     };
@@ -106,8 +106,9 @@ class BenchRod {
     std::vector<double> position_, velocity_, frame_, angular_velocity_, impulse_, drag_;
 };
 
-/// Angle by which a cross-section at the loaded end is turned about the axis against one at the clamp, the sum of the
-/// turns from frame to frame. A segment's frame is that of its middle, so half a segment is added at either end.
+/// Angle by which a cross-section at the loaded end is turned about the axis against one at the clamp, the
+/// sum of the turns from frame to frame. A segment's frame is that of its middle, so half a segment is added
+/// at either end.
 double end_twist(const BenchRod& rod, const Quat& clamp);
 
 } // namespace calot::bench

@@ -56,13 +56,15 @@ TEST_P(Claims, are_met) {
     if (GetParam() == "compress" || GetParam() == "refine") options.nodes = 128;
     const RodProblem* problem = find_rod_problem(GetParam());
     ASSERT_NE(problem, nullptr);
-    const auto rows = problem->run([] { return plugins().make(host::Kind::rod, "org.calot.rod-cosserat"); }, options);
+    const auto rows =
+        problem->run([] { return plugins().make(host::Kind::rod, "org.calot.rod-cosserat"); }, options);
     ASSERT_FALSE(rows.empty());
     bool is_judged = false;
     for (const Row& r : rows) {
         is_judged = is_judged || std::isfinite(r.bound);
         EXPECT_TRUE(r.met()) << r.problem << ' ' << r.quantity << " (" << r.setting << "): got " << r.measured
-                             << ", expected " << r.reference << ", error " << r.error << ", bound " << r.bound;
+                             << ", expected " << r.reference << ", error " << r.error << ", bound "
+                             << r.bound;
     }
     EXPECT_TRUE(is_judged);
 }
@@ -97,7 +99,8 @@ TEST(BenchRod, csv_has_the_agreed_columns) {
 TEST(BenchRod, prints_what_a_step_costs) {
     std::string out, errors;
     ASSERT_EQ(run({"--nodes", "30", "--csv"}, out, errors), 0) << errors;
-    for (const char* part : {"\nrod,", "\nconstraints,", "\ncontacts,"}) EXPECT_NE(out.find(part), std::string::npos) << out;
+    for (const char* part : {"\nrod,", "\nconstraints,", "\ncontacts,"})
+        EXPECT_NE(out.find(part), std::string::npos) << out;
     EXPECT_NE(out.find("us_per_simulated_ms"), std::string::npos);
 }
 

@@ -9,8 +9,8 @@ namespace {
 constexpr double spacing = 5e-4; // m, of the axis
 }
 
-calot_contact node_contact(const BenchRod& rod, int i, std::uint64_t id, const Vec3& point, const Vec3& normal, double gap,
-                           double friction) {
+calot_contact node_contact(const BenchRod& rod, int i, std::uint64_t id, const Vec3& point,
+                           const Vec3& normal, double gap, double friction) {
     calot_contact c{};
     c.id = id;
     c.segment = static_cast<std::uint32_t>(i - 1);
@@ -32,7 +32,8 @@ std::vector<Vec3> Lumen::random_axis(Random& random, double length, double tight
     Wave waves[2][3];
     for (auto& component : waves)
         for (Wave& w : component)
-            w = {random.uniform(0.5, 1) / (3 * std::sqrt(2.0) * tightest), random.uniform(20, 90), random.uniform(0, 6.283)};
+            w = {random.uniform(0.5, 1) / (3 * std::sqrt(2.0) * tightest), random.uniform(20, 90),
+                 random.uniform(0, 6.283)};
     std::vector<Vec3> axis;
     Quat q = along_x;
     Vec3 p{};
@@ -42,7 +43,8 @@ std::vector<Vec3> Lumen::random_axis(Random& random, double length, double tight
         const double grown = std::min(1.0, s / 0.03);
         double k[2] = {};
         for (int c = 0; c < 2; ++c)
-            for (const Wave& w : waves[c]) k[c] += grown * w.amplitude * std::sin(w.number * s + w.phase);
+            for (const Wave& w : waves[c])
+                k[c] += grown * w.amplitude * std::sin(w.number * s + w.phase);
         const Vec3 turn = rotate(q, {k[0], k[1], 0});
         q = normalized(axis_angle(normalized(turn), norm(turn) * spacing) * q);
         p += rotate(q, {0, 0, spacing});
@@ -64,8 +66,10 @@ std::vector<Vec3> Lumen::bend(double lead, double radius, double angle, double t
 // Downhill from where the node was: the axis is smooth and a node moves less than its bends in a step.
 std::size_t Lumen::nearest(const Vec3& p, std::size_t at) const {
     const auto d = [&](std::size_t k) { return dot(p - axis_[k], p - axis_[k]); };
-    while (at + 1 < axis_.size() && d(at + 1) < d(at)) ++at;
-    while (at > 0 && d(at - 1) < d(at)) --at;
+    while (at + 1 < axis_.size() && d(at + 1) < d(at))
+        ++at;
+    while (at > 0 && d(at - 1) < d(at))
+        --at;
     return at;
 }
 
@@ -83,14 +87,16 @@ const std::vector<calot_contact>& Lumen::contacts(const BenchRod& rod, double re
         if (is_closed_ && i == n - 1 && near_[i] + 20 >= axis_.size()) {
             const Vec3 end = axis_.back(), out = -t;
             const double gap = dot(p - end, out) - rod.rod().radius;
-            if (gap < reach) list_.push_back(node_contact(rod, static_cast<int>(i), n + i + 1, end, out, gap, friction_));
+            if (gap < reach)
+                list_.push_back(node_contact(rod, static_cast<int>(i), n + i + 1, end, out, gap, friction_));
         }
         if ((near_[i] == 0 && along < 0) || (is_last && along > 0 && !is_closed_)) continue;
         const Vec3 off = p - axis_[near_[i]] - along * t;
         const double d = norm(off), gap = radius_ - rod.rod().radius - d;
         if (d < 1e-9 || gap > reach) continue;
         const Vec3 in = -1.0 / d * off;
-        list_.push_back(node_contact(rod, static_cast<int>(i), i + 1, p - (gap + rod.rod().radius) * in, in, gap, friction_));
+        list_.push_back(node_contact(rod, static_cast<int>(i), i + 1, p - (gap + rod.rod().radius) * in, in,
+                                     gap, friction_));
     }
     return list_;
 }

@@ -34,7 +34,7 @@ class Lumen {
 };
 
 /// A contact of node i (not the base's) with a surface: its point, unit normal towards the rod and the gap.
-calot_contact node_contact(const BenchRod& rod, int i, std::uint64_t id, const Vec3& point, const Vec3& normal, double gap,
-                           double friction);
+calot_contact node_contact(const BenchRod& rod, int i, std::uint64_t id, const Vec3& point,
+                           const Vec3& normal, double gap, double friction);
 
 } // namespace calot::bench

@@ -22,7 +22,8 @@ PlanarTip planar_tip(double alpha, double beta) {
             };
             const auto k1 = slope(s, y), k2 = slope(s + h / 2, step(k1, h / 2));
             const auto k3 = slope(s + h / 2, step(k2, h / 2)), k4 = slope(s + h, step(k3, h));
-            for (int c = 0; c < 4; ++c) y[c] += h / 6 * (k1[c] + 2 * k2[c] + 2 * k3[c] + k4[c]);
+            for (int c = 0; c < 4; ++c)
+                y[c] += h / 6 * (k1[c] + 2 * k2[c] + 2 * k3[c] + k4[c]);
         }
         tip = {-y[3], 1.0 + y[2], tip_angle};
         return y[0];

@@ -21,8 +21,8 @@ calot_guide guide_along_x() {
 
 } // namespace
 
-// A catheter of 1 mm radius and spacing in a vessel of 3 mm, pushed at 0.2 m/s by at most `load` until its tip has met
-// the vessel's blind end for a third of a second.
+// A catheter of 1 mm radius and spacing in a vessel of 3 mm, pushed at 0.2 m/s by at most `load` until its
+// tip has met the vessel's blind end for a third of a second.
 std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
     UniformRod uniform;
     uniform.nodes = 256, uniform.length = 0.255, uniform.radius = 1e-3;
@@ -48,7 +48,8 @@ std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
     const double longest = vessel / speed + 1.0;
     while (rod.seconds() < longest && blocked_for < 0.33) {
         const auto& contacts = lumen.contacts(rod);
-        for (const calot_contact& c : contacts) penetration = std::max(penetration, -c.gap);
+        for (const calot_contact& c : contacts)
+            penetration = std::max(penetration, -c.gap);
         rod.step(contacts);
         rod.input.base.insertion.target += speed * uniform.dt;
         shortest = std::min(shortest, rod.arc_length());
@@ -57,7 +58,8 @@ std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
     }
     const std::string label = setting("seed", static_cast<double>(o.seed));
     const double shortening = 1 - shortest / uniform.length;
-    Row row = absolute_row("compress", o, uniform, "shortening", shortening, 0, std::abs(shortening), 1e-3, label);
+    Row row =
+        absolute_row("compress", o, uniform, "shortening", shortening, 0, std::abs(shortening), 1e-3, label);
     // Never blocked: it was not tried.
     if (blocked_for < 0.33) row.error = std::numeric_limits<double>::max();
     return {row, plain_row("compress", o, uniform, "push", pressed, label),
@@ -65,8 +67,8 @@ std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
             plain_row("compress", o, uniform, "penetration", penetration, label)};
 }
 
-// In the x-y plane round a cylinder at the origin: along +x below it, `angle` round it, and on along the tangent. The
-// base is held back by `load`, the tip is drawn at 1 cm/s.
+// In the x-y plane round a cylinder at the origin: along +x below it, `angle` round it, and on along the
+// tangent. The base is held back by `load`, the tip is drawn at 1 cm/s.
 std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
     const double cylinder = 0.1, mu = o.friction.value_or(0.3), angle = o.angle.value_or(pi / 2), lead = 0.1;
     UniformRod uniform;
@@ -82,9 +84,11 @@ std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
     BenchRod::Setup s;
     s.rod = uniform;
     const auto place = [&](double along) {
-        const double a = std::clamp((along - lead) / wound, 0.0, angle), on = std::max(0.0, along - lead - wound * angle);
+        const double a = std::clamp((along - lead) / wound, 0.0, angle),
+                     on = std::max(0.0, along - lead - wound * angle);
         const Vec3 t{std::cos(a), std::sin(a), 0};
-        return std::pair{Vec3{wound * std::sin(a) + std::min(along - lead, 0.0), -wound * std::cos(a), 0} + on * t, a};
+        return std::pair{
+            Vec3{wound * std::sin(a) + std::min(along - lead, 0.0), -wound * std::cos(a), 0} + on * t, a};
     };
     const double l = uniform.length / (uniform.nodes - 1);
     for (int i = 0; i < uniform.nodes; ++i) {
@@ -111,7 +115,8 @@ std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
             const Vec3 p = rod.position(i), flat{p.x, p.y, 0};
             const double d = norm(flat), gap = d - wound;
             if (gap > 2e-3) continue;
-            contacts.push_back(node_contact(rod, i, static_cast<std::uint64_t>(i), cylinder / d * flat, flat / d, gap, mu));
+            contacts.push_back(
+                node_contact(rod, i, static_cast<std::uint64_t>(i), cylinder / d * flat, flat / d, gap, mu));
         }
         rod.clamp_tip(tip + (speed * (rod.seconds() + uniform.dt)) * pull, orientation);
         rod.step(contacts);
@@ -119,16 +124,18 @@ std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
         tension += dot(vec3(rod.output().tip.force), pull);
         ++count;
     }
-    return {relative_row("capstan", o, uniform, "tension_ratio", tension / count / back, std::exp(mu * angle), 0.05,
-                         setting("mu", mu) + " " + setting("angle", angle))};
+    return {relative_row("capstan", o, uniform, "tension_ratio", tension / count / back, std::exp(mu * angle),
+                         0.05, setting("mu", mu) + " " + setting("angle", angle))};
 }
 
-// A rod of 0.2 m, clamped at its base and heavy, whose tip is driven against a wall across it until it presses with `load`.
+// A rod of 0.2 m, clamped at its base and heavy, whose tip is driven against a wall across it until it
+// presses with `load`.
 std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& o) {
     UniformRod uniform;
     uniform.nodes = 50, uniform.length = 0.2;
     uniform = UniformRod::of(o, uniform);
-    const double load = o.load.value_or(4.77), mu = o.friction.value_or(0.3), wall = uniform.length + uniform.radius + 1e-3;
+    const double load = o.load.value_or(4.77), mu = o.friction.value_or(0.3),
+                 wall = uniform.length + uniform.radius + 1e-3;
     BenchRod::Setup s;
     s.rod = uniform;
     s.position = straight_line(uniform, {}, along_x);
@@ -145,19 +152,23 @@ std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& o) {
     const int tip = uniform.nodes - 1;
     while (rod.seconds() < duration) {
         const Vec3 p = rod.position(tip);
-        const calot_contact c = node_contact(rod, tip, 1, {wall, p.y, p.z}, {-1, 0, 0}, wall - p.x - uniform.radius, mu);
+        const calot_contact c =
+            node_contact(rod, tip, 1, {wall, p.y, p.z}, {-1, 0, 0}, wall - p.x - uniform.radius, mu);
         rod.clamp_base({at, 0, 0}, along_x);
         rod.step({&c, 1});
         const Vec3 force = rod.impulse(0) / uniform.dt;
-        if (rod.seconds() < measured_from - 0.5) at += std::clamp(0.02 * (load + force.x) / load, -2e-3, 2e-3) * uniform.dt;
+        if (rod.seconds() < measured_from - 0.5)
+            at += std::clamp(0.02 * (load + force.x) / load, -2e-3, 2e-3) * uniform.dt;
         if (rod.seconds() < measured_from) continue;
         pressed += force, held += vec3(rod.output().base.force);
         ++count;
     }
     pressed *= 1.0 / count, held *= 1.0 / count;
-    const Vec3 weight = Vec3{0, 9.81, 0} * (uniform.mass_per_length * uniform.length), expected = -(pressed + weight);
+    const Vec3 weight = Vec3{0, 9.81, 0} * (uniform.mass_per_length * uniform.length),
+               expected = -(pressed + weight);
     const double error = norm(held - expected) / norm(expected);
-    return {absolute_row("hang-on", o, uniform, "base_reaction", norm(held), norm(expected), error, 0.01, setting("load", load)),
+    return {absolute_row("hang-on", o, uniform, "base_reaction", norm(held), norm(expected), error, 0.01,
+                         setting("load", load)),
             relative_row("hang-on", o, uniform, "press", -pressed.x, load, 0.05, setting("load", load))};
 }
 
@@ -180,7 +191,8 @@ std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& o) {
         // Laid along the tube's axis, the first tenth in the guide.
         const double l = uniform.length / (uniform.nodes - 1);
         const auto place = [&](double along) {
-            const double a = std::clamp((along - lead) / bend, 0.0, angle), on = std::max(0.0, along - lead - bend * angle);
+            const double a = std::clamp((along - lead) / bend, 0.0, angle),
+                         on = std::max(0.0, along - lead - bend * angle);
             return std::pair{Vec3{std::min(along, lead) + bend * std::sin(a) + on * std::cos(a),
                                   bend * (1 - std::cos(a)) + on * std::sin(a), 0},
                              a};
@@ -200,7 +212,8 @@ std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& o) {
         rod.input.base.mode = CALOT_END_COUPLED;
         rod.input.base.insertion = {-mouth, 0, 5000, 50, 50};
         rod.input.base.rotation = {0, 0, 50, 0.5, 5};
-        while (rod.seconds() < 0.5) rod.step(lumen.contacts(rod)); // finds its place in the tube
+        while (rod.seconds() < 0.5)
+            rod.step(lumen.contacts(rod)); // finds its place in the tube
         const double before = end_twist(rod, rod.frame(0));
         while (rod.seconds() < 0.5 + 2 * pi / rate) {
             rod.input.base.rotation.velocity = rate;
@@ -208,11 +221,13 @@ std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& o) {
             rod.input.base.rotation.target += rate * uniform.dt;
         }
         const double lag = before - end_twist(rod, rod.frame(0));
-        rows.push_back(plain_row("torque-lag", o, uniform, "lag", lag, setting("mu", mu) + " " + setting("angle", angle)));
+        rows.push_back(plain_row("torque-lag", o, uniform, "lag", lag,
+                                 setting("mu", mu) + " " + setting("angle", angle)));
         is_monotone = is_monotone && lag > former;
         former = lag;
     }
-    rows.push_back(absolute_row("torque-lag", o, uniform, "monotone", is_monotone ? 1 : 0, 1, is_monotone ? 0 : 1, 0));
+    rows.push_back(
+        absolute_row("torque-lag", o, uniform, "monotone", is_monotone ? 1 : 0, 1, is_monotone ? 0 : 1, 0));
     return rows;
 }
 

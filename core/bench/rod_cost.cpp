@@ -40,7 +40,8 @@ Cost measure(BenchRod& rod, Lumen* lumen, int steps) {
             if (lumen != nullptr) contacts = lumen->contacts(rod);
             const auto start = std::chrono::steady_clock::now();
             rod.step(contacts);
-            const double whole = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            const double whole =
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
             rod.input.base.rotation.target += rod.input.base.rotation.velocity * rod.rod().dt;
             counts.push_back(static_cast<double>(contacts.size()));
             if (!parts) {
@@ -56,7 +57,8 @@ Cost measure(BenchRod& rod, Lumen* lumen, int steps) {
         }
     }
     Cost out;
-    for (auto& [name, values] : times) out.parts[name] = median(values);
+    for (auto& [name, values] : times)
+        out.parts[name] = median(values);
     out.contacts = median(counts);
     return out;
 }

@@ -27,21 +27,24 @@ std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& o) {
         rod.clamp_base({}, scene * along_x);
         store(rotate(scene, {0, 9.81, 0}), rod.input.gravity);
         rod.load_tip({}, rotate(scene, Vec3{0.6, 0.3, 0.5} * moment));
-        for (int k = 0; k < 300; ++k) rod.step();
+        for (int k = 0; k < 300; ++k)
+            rod.step();
         std::vector<Vec3> p;
-        for (int i = 0; i < uniform.nodes; ++i) p.push_back(rod.position(i));
+        for (int i = 0; i < uniform.nodes; ++i)
+            p.push_back(rod.position(i));
         return p;
     };
     const auto plain = swing({}), turned = swing(turn);
     double worst = 0;
-    for (std::size_t i = 0; i < plain.size(); ++i) worst = std::max(worst, norm(turned[i] - rotate(turn, plain[i])));
+    for (std::size_t i = 0; i < plain.size(); ++i)
+        worst = std::max(worst, norm(turned[i] - rotate(turn, plain[i])));
     worst /= uniform.length;
     const double moved = norm(plain.back() - Vec3{uniform.length, 0, 0}) / uniform.length;
     return {absolute_row("rotate", o, uniform, "deviation", worst, 0, worst, 1e-9, setting("moved", moved))};
 }
 
-// Bent by a tip load and its own weight, then let go: weight stays, the load is gone. Energies are divided by the
-// greatest kinetic energy.
+// Bent by a tip load and its own weight, then let go: weight stays, the load is gone. Energies are divided by
+// the greatest kinetic energy.
 std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& o) {
     const UniformRod uniform = UniformRod::of(o);
     const double unit = uniform.bending / (uniform.length * uniform.length), load = o.load.value_or(unit);
@@ -71,18 +74,20 @@ std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& o) {
         highest = std::max(highest, rod.energy());
         kinetic = std::max(kinetic, rod.output().kinetic_energy);
     }
-    for (std::size_t k = 2; k < maxima.size(); ++k) rise = std::max(rise, (maxima[k] - maxima[k - 1]) / kinetic);
+    for (std::size_t k = 2; k < maxima.size(); ++k)
+        rise = std::max(rise, (maxima[k] - maxima[k - 1]) / kinetic);
     const double above = (highest - start) / kinetic, left = 1 - (start - rod.energy()) / kinetic;
     const double ratio = -std::log(std::max(left, 1e-300)) / (4 * pi * periods);
     const std::string label = setting("PL2/EI", load / unit);
-    return {absolute_row("energy", o, uniform, "energy_above_start", above, 0, std::max(0.0, above), 1e-6, label),
-            absolute_row("energy", o, uniform, "rise_of_maxima", rise, 0, std::max(0.0, rise), 0, label),
-            plain_row("energy", o, uniform, "damping_ratio", ratio, label)};
+    return {
+        absolute_row("energy", o, uniform, "energy_above_start", above, 0, std::max(0.0, above), 1e-6, label),
+        absolute_row("energy", o, uniform, "rise_of_maxima", rise, 0, std::max(0.0, rise), 0, label),
+        plain_row("energy", o, uniform, "damping_ratio", ratio, label)};
 }
 
-// A straight rod between two clamps; the base lies in the guide, turned by the coupling and free to slide. Perturbation:
-// a lateral weight of 1e-3 EI/L^2 over the length. The critical torque is the greatest that the clamp sees before the rod
-// leaves the straight shape by 5 % of its length.
+// A straight rod between two clamps; the base lies in the guide, turned by the coupling and free to slide.
+// Perturbation: a lateral weight of 1e-3 EI/L^2 over the length. The critical torque is the greatest that the
+// clamp sees before the rod leaves the straight shape by 5 % of its length.
 std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& o) {
     const UniformRod free_part = UniformRod::of(o, {.nodes = 60});
     const double l = free_part.length / (free_part.nodes - 1);
@@ -101,10 +106,12 @@ std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& o) {
     s.guide = guide;
     BenchRod rod(make, std::move(s));
     rod.clamp_tip({free_part.length, 0, 0}, along_x);
-    rod.input.gravity[1] = 1e-3 * free_part.bending / std::pow(free_part.length, 3) / free_part.mass_per_length;
+    rod.input.gravity[1] =
+        1e-3 * free_part.bending / std::pow(free_part.length, 3) / free_part.mass_per_length;
     const double expected = 8.987 * free_part.bending / free_part.length;
     // Twice the critical twist within 40 periods of the lowest mode.
-    const double end = 2 * expected * uniform.length / uniform.torsion, duration = 40 * 2 * pi / free_part.lowest_frequency();
+    const double end = 2 * expected * uniform.length / uniform.torsion,
+                 duration = 40 * 2 * pi / free_part.lowest_frequency();
     rod.input.base.mode = CALOT_END_COUPLED;
     rod.input.base.insertion.limit = 1;
     rod.input.base.rotation = {0, end / duration, 100 * uniform.torsion, 0.01 * uniform.torsion, 1e3};
@@ -113,9 +120,11 @@ std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& o) {
         rod.step();
         rod.input.base.rotation.target += rod.input.base.rotation.velocity * uniform.dt;
         torque = std::max(torque, std::abs(rod.output().rotation_torque));
-        for (int i = 0; i < uniform.nodes; ++i) moved = std::max(moved, std::hypot(rod.position(i).y, rod.position(i).z));
+        for (int i = 0; i < uniform.nodes; ++i)
+            moved = std::max(moved, std::hypot(rod.position(i).y, rod.position(i).z));
     }
-    Row r = relative_row("buckle", o, free_part, "critical_torque", torque, expected, 0.05, setting("moved", moved));
+    Row r = relative_row("buckle", o, free_part, "critical_torque", torque, expected, 0.05,
+                         setting("moved", moved));
     if (moved < 0.05 * free_part.length) r.error = std::numeric_limits<double>::max();
     return {r};
 }

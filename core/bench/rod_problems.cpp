@@ -24,8 +24,8 @@ constexpr RodProblem problems[] = {
     {"torque-lag", "turned inside a bent tube: the tip lags, more with friction", &run_torque_lag},
 };
 
-Row row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity, double measured,
-        std::string setting) {
+Row row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+        double measured, std::string setting) {
     Row r;
     r.problem = problem, r.model = options.model, r.nodes = rod.nodes, r.dt = rod.dt, r.quantity = quantity;
     r.measured = measured, r.setting = std::move(setting);
@@ -51,8 +51,8 @@ const RodProblem* find_rod_problem(std::string_view id) {
 
 Row relative_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
                  double measured, double reference, double bound, std::string setting) {
-    return absolute_row(problem, options, rod, quantity, measured, reference, std::abs(measured / reference - 1), bound,
-                        std::move(setting));
+    return absolute_row(problem, options, rod, quantity, measured, reference,
+                        std::abs(measured / reference - 1), bound, std::move(setting));
 }
 
 Row absolute_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
@@ -62,8 +62,8 @@ Row absolute_row(const char* problem, const RodOptions& options, const UniformRo
     return r;
 }
 
-Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity, double measured,
-              std::string setting) {
+Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+              double measured, std::string setting) {
     return row(problem, options, rod, quantity, measured, std::move(setting));
 }
 

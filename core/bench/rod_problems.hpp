@@ -44,8 +44,8 @@ Row relative_row(const char* problem, const RodOptions& options, const UniformRo
 Row absolute_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
                  double measured, double reference, double error, double bound, std::string setting = {});
 /// A row that is printed and not judged.
-Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity, double measured,
-              std::string setting = {});
+Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+              double measured, std::string setting = {});
 
 /// "name=1.5"
 std::string setting(const char* name, double value);

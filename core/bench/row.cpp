@@ -21,9 +21,9 @@ std::string number(double v, int digits = 17) {
 void write_csv(std::ostream& out, std::span<const Row> rows) {
     out << "problem,model,nodes,dt,quantity,measured,reference,error,bound,met\n";
     for (const Row& r : rows)
-        out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity << ','
-            << number(r.measured) << ',' << number(r.reference) << ',' << number(r.error) << ',' << number(r.bound) << ','
-            << (r.met() ? "true" : "false") << '\n';
+        out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity
+            << ',' << number(r.measured) << ',' << number(r.reference) << ',' << number(r.error) << ','
+            << number(r.bound) << ',' << (r.met() ? "true" : "false") << '\n';
 }
 
 void write_table(std::ostream& out, std::span<const Row> rows) {
@@ -35,7 +35,8 @@ void write_table(std::ostream& out, std::span<const Row> rows) {
                          std::isinf(r.bound) ? "-" : (r.met() ? "yes" : "NO")});
     std::vector<std::size_t> width(cells[0].size(), 0);
     for (const auto& line : cells)
-        for (std::size_t k = 0; k < line.size(); ++k) width[k] = std::max(width[k], line[k].size());
+        for (std::size_t k = 0; k < line.size(); ++k)
+            width[k] = std::max(width[k], line[k].size());
     for (const auto& line : cells) {
         std::string text;
         for (std::size_t k = 0; k < line.size(); ++k) {

@@ -10,8 +10,8 @@ namespace calot::rod_cosserat {
 
 namespace {
 
-// What one solve leaves is about the square of the violation before it, and the next substep takes that away; above
-// this violation (gravity and 0.1 ms make 1e-5 at 1 cm) one more solve is made.
+// What one solve leaves is about the square of the violation before it, and the next substep takes that away;
+// above this violation (gravity and 0.1 ms make 1e-5 at 1 cm) one more solve is made.
 constexpr double second_solve_above = 1e-4;
 constexpr int most_solves = 4;
 // An endoscope bent to 25 mm at its mouth pushes itself out with about as much.
