@@ -145,9 +145,9 @@ std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& o) {
     s.max_contacts = 1;
     BenchRod rod(make, std::move(s));
     rod.input.gravity[1] = 9.81;
-    double at = 0;
+    double at = 0, felt = 0;
     Vec3 pressed{}, held{};
-    const double duration = 3, measured_from = 2.8;
+    const double duration = 4, measured_from = 3.8;
     int count = 0;
     const int tip = uniform.nodes - 1;
     while (rod.seconds() < duration) {
@@ -157,8 +157,9 @@ std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& o) {
         rod.clamp_base({at, 0, 0}, along_x);
         rod.step({&c, 1});
         const Vec3 force = rod.impulse(0) / uniform.dt;
+        felt += (-force.x - felt) * uniform.dt / 0.02;
         if (rod.seconds() < measured_from - 0.5)
-            at += std::clamp(0.02 * (load + force.x) / load, -2e-3, 2e-3) * uniform.dt;
+            at += std::clamp(1e-3 * (load - felt) / load, -1e-3, 1e-3) * uniform.dt;
         if (rod.seconds() < measured_from) continue;
         pressed += force, held += vec3(rod.output().base.force);
         ++count;

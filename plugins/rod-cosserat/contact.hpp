@@ -27,6 +27,7 @@ struct Contact {
 
 /// Prepared for the substeps of one tick.
 struct ContactRow {
+    int index = 0;                                ///< in the list given
     int a = 0, b = 0, other_a = -1, other_b = -1; ///< nodes
     double wa = 0, wb = 0, other_wa = 0, other_wb = 0;
     Vec3 normal, e1, e2; ///< e1 along the rod, e2 about it

@@ -136,6 +136,7 @@ std::optional<Complaint> CosseratRod::set_properties(const SegmentProperties& gi
     }
     for (int i = 0; i < n_; ++i)
         node_drag_[i] /= mass_[i];
+    chosen_.reset();
     update_joints();
     return std::nullopt;
 }
@@ -224,7 +225,7 @@ void CosseratRod::come_to_rest() {
          {&vx_, &vy_, &vz_, &out_vx_, &out_vy_, &out_vz_, &spin_, &rate1_, &rate2_, &last_u1_, &last_u2_})
         std::fill(a->begin(), a->end(), 0.0);
     half_kick_ = 0.5;
-    memory_count_ = contact_count_ = 0;
+    memory_count_ = contact_count_ = row_count_ = 0;
     advance_ = roll_ = 0.0;
     on_axis_ = 0;
     mouth_stiffness_ = 0.0;
@@ -289,30 +290,40 @@ bool CosseratRod::acceptable(const StepInput& in) const {
 // Substeps from the stiffest node: bending moment K phi / c acts through forces (1, -2, 1) / l, so a node's
 // row of the stiffness matrix sums to at most (4, 8, 4) K / (c l^2) (Gershgorin); a leapfrog step h with the
 // viscous part lagging is stable while h^2 w^2 + 2 h tau w^2 < 4. Twist is implicit and sets no limit.
-void CosseratRod::choose_substeps(double dt) {
+void CosseratRod::choose_substeps() {
+    const double dt = now_.dt;
+    const bool base = now_.base.mode == EndMode::clamped, tip = now_.tip.mode == EndMode::clamped;
+    if (chosen_ && *chosen_ == Choice{dt, base, tip}) return;
+    chosen_ = Choice{dt, base, tip};
     double least = std::min(dt, longest_substep);
     for (int i = 0; i < n_; ++i) {
+        if ((i == 0 && base) || (i == n_ - 1 && tip)) continue;
         double row = 0.0, tau = 0.0;
         for (int k = std::max(i - 1, 0); k <= std::min(i + 1, n_ - 1); ++k) {
-            if (k == 0 && now_.base.mode != EndMode::clamped) continue;
-            if (k == n_ - 1 && now_.tip.mode != EndMode::clamped) continue;
-            const int s = std::min(std::max(i - 1, 0), n_ - 2), t = std::min(i, n_ - 2);
-            const double inverse = std::max(inverse_length_[s], inverse_length_[t]);
-            row += (k == i ? 8.0 : 4.0) * 0.5 * std::max(k1_[k], k2_[k]) * per_cell_[k] * inverse * inverse;
+            if ((k == 0 && !base) || (k == n_ - 1 && !tip)) continue;
+            const double inverse =
+                std::max(inverse_length_[std::max(i - 1, 0)], inverse_length_[std::min(i, n_ - 2)]);
+            row += (k == i ? 4.0 : 2.0) * std::max(k1_[k], k2_[k]) * per_twist_cell_[k] * inverse * inverse;
             tau = std::max(tau, viscosity_[k]);
         }
-        if (w_[i] <= 0.0) continue;
         const double w2 = row / mass_[i], limit = 4.0 * stability_share * stability_share / w2;
         least = std::min(least, std::sqrt(tau * tau + limit) - tau);
     }
     substeps_ = std::max(1, static_cast<int>(std::ceil(dt / least - 1e-9)));
+    const double h = dt / substeps_;
+    for (int i = 0; i < n_; ++i)
+        slow_[i] = std::exp(-node_drag_[i] * h);
+    for (int j = 0; j < n_ - 1; ++j)
+        slow_spin_[j] = std::exp(-drag_[j] / mass_per_length_[j] * h);
 }
 
 void CosseratRod::prepare(const StepInput& input) {
     now_ = input;
-    if (!input.rest_darboux.empty())
+    if (!input.rest_darboux.empty() &&
+        !std::equal(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin())) {
         std::copy(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin());
-    update_joints();
+        update_joints();
+    }
     for (int i = 0; i < n_; ++i)
         w_[i] = 1.0 / mass_[i];
     base_from_ = position(0), tip_from_ = position(n_ - 1);
@@ -320,9 +331,8 @@ void CosseratRod::prepare(const StepInput& input) {
     if (input.base.mode == EndMode::clamped) w_[0] = 0.0;
     if (input.tip.mode == EndMode::clamped) w_[n_ - 1] = 0.0;
     update_guide();
-    choose_substeps(input.dt);
+    choose_substeps();
     base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
-    elapsed_ = 0.0;
 }
 
 StepResult CosseratRod::step(const StepInput& input) {
@@ -332,10 +342,6 @@ StepResult CosseratRod::step(const StepInput& input) {
     save(saved_);
     prepare(input);
     const double h = input.dt / substeps_;
-    for (int i = 0; i < n_; ++i)
-        slow_[i] = std::exp(-node_drag_[i] * h);
-    for (int j = 0; j < n_ - 1; ++j)
-        slow_spin_[j] = std::exp(-drag_[j] / mass_per_length_[j] * h);
     factor_twist(h);
     prepare_contacts();
     elastic_forces(h, false);
@@ -361,8 +367,7 @@ StepResult CosseratRod::step(const StepInput& input) {
 
 void CosseratRod::substep(double h, int index) {
     const double progress = (index + 1.0) / substeps_;
-    elapsed_ = now_.dt * progress;
-    if (contact_count_ > 0) begin_contacts(h, progress);
+    if (row_count_ > 0) begin_contacts(h, progress);
     kick(h, half_kick_, progress);
     half_kick_ = 1.0;
     twist(h, progress);
@@ -371,13 +376,13 @@ void CosseratRod::substep(double h, int index) {
         const auto t0 = timing_ ? Clock::now() : Clock::time_point{};
         project_lengths(h);
         if (timing_) times_.constraints += seconds_since(t0);
-        if (contact_count_ == 0) break;
+        if (row_count_ == 0) break;
         const auto t1 = timing_ ? Clock::now() : Clock::time_point{};
         solve_contacts(h, progress);
         if (timing_) times_.contacts += seconds_since(t1);
     }
     limit_speed(h);
-    if (contact_count_ > 0) end_contacts(h);
+    if (row_count_ > 0) end_contacts(h);
     turn_frames(h);
     elastic_forces(h, true);
 }
@@ -505,7 +510,7 @@ Energies CosseratRod::energies() const {
         e.bending += (k1_[i] * d1 * d1 + k2_[i] * d2 * d2) / per_cell_[i];
         e.twist += k3_[i] * d3 * d3 / per_twist_cell_[i];
     }
-    for (std::size_t k = 0; k < contact_count_; ++k) {
+    for (std::size_t k = 0; k < row_count_; ++k) {
         const ContactRow& r = rows_[k];
         e.contact += 0.5 * (r.c_n * r.f_n * r.f_n + r.c_1 * r.f_1 * r.f_1 + r.c_2 * r.f_2 * r.f_2) +
                      r.c_n1 * r.f_n * r.f_1 + r.c_n2 * r.f_n * r.f_2 + r.c_12 * r.f_1 * r.f_2;

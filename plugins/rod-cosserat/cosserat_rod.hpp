@@ -162,7 +162,7 @@ class CosseratRod {
     void substep(double h, int index);
     void update_joints();
     void update_guide();
-    void choose_substeps(double dt);
+    void choose_substeps();
     void factor_twist(double h);
     void directions();
     void elastic_forces(double h, bool advance);
@@ -184,6 +184,7 @@ class CosseratRod {
     static void visit_state(Rod& rod, F f);
 
     // contacts.cpp
+    bool can_touch(const Contact& contact) const;
     void prepare_contacts();
     void begin_contacts(double h, double progress);
     void solve_contacts(double h, double progress);
@@ -222,10 +223,16 @@ class CosseratRod {
     double mouth_stiffness_ = 0;
     double half_kick_ =
         0.5; // 0.5 in the first substep after a reset, when velocities and positions are of one time
-    double elapsed_ = 0; // s, in this tick
+    // What the number of substeps was chosen for.
+    struct Choice {
+        double dt;
+        bool is_base_clamped, is_tip_clamped;
+        bool operator==(const Choice&) const = default;
+    };
+    std::optional<Choice> chosen_;
 
     // Contacts of this tick, and the memory that carries stick from tick to tick.
-    std::size_t contact_count_ = 0;
+    std::size_t contact_count_ = 0, row_count_ = 0;
     std::vector<ContactRow> rows_;
     std::vector<Vec3> impulse_;
     std::vector<ContactMemory> memory_;

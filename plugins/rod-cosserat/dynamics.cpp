@@ -40,6 +40,7 @@ void CosseratRod::directions() {
 void CosseratRod::update_guide() {
     on_axis_ = 0;
     mouth_stiffness_ = 0.0;
+    std::copy(per_twist_cell_.begin(), per_twist_cell_.end(), per_cell_.begin());
     if (!now_.guide.present) return;
     const Vec3 d = now_.guide.direction, o = now_.guide.origin;
     const auto axial = [&](int i) { return dot(position(i) - o, d); };

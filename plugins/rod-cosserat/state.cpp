@@ -63,6 +63,7 @@ bool CosseratRod::load(std::span<const double> state) {
         const auto id = (static_cast<std::uint64_t>(s[0]) << 32) | static_cast<std::uint64_t>(s[1]);
         memory_[k] = {id, {s[2], s[3], s[4]}, s[5]};
     }
+    update_joints();
     directions();
     return true;
 }
