@@ -32,7 +32,7 @@ ShaftSection read_section(const std::string& file, const std::string& name, cons
     s.mass_per_length = reader.number("mass_per_length", 1e-3, 5);
     s.flexural_rigidity = reader.number("flexural_rigidity", 1e-5, 1);
     s.torsional_rigidity = reader.number("torsional_rigidity", 1e-5, 10);
-    s.bending_damping = reader.number("bending_damping", 0, 10);
+    s.bending_damping = reader.number("bending_damping", 0, 1e-3);
     s.torsion_damping = reader.number("torsion_damping", 0, 10);
     s.drag = reader.number("drag", 0, 1000);
     s.friction_factor = reader.number("friction_factor", 0, 10);
