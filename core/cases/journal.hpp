@@ -9,12 +9,13 @@
 
 #include "simulation/simulation.hpp"
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
-#include <utility>
+#include <string_view>
 #include <vector>
 
 namespace calot::cases {
@@ -48,8 +49,8 @@ class JournalWriter {
     JournalWriter(const JournalWriter&) = delete;
     JournalWriter& operator=(const JournalWriter&) = delete;
 
-    void controls(std::int64_t tick, const calot_controls& controls); // each tick; stored as what changed
-    void mark(std::int64_t tick, std::uint32_t mark);                 // each tick
+    /// Of one tick, in order: what was latched at its begin, and the mark of the state after it.
+    void step(const calot_controls& controls, std::uint32_t mark);
     void digest(const simulation::Digest& digest);
     void command(std::int64_t tick, const simulation::Command& command);
     void end(const simulation::Snapshot& last);
@@ -72,14 +73,28 @@ struct JournalCommand {
 /// A whole record in memory.
 struct Journal {
     CaseHeader header;
-    std::vector<std::pair<std::int64_t, calot_controls>>
-        changes;                      // controls at the ticks at which they changed
+    std::string steps;                // every tick's controls and mark, as written; StepDecoder reads them
     std::vector<std::uint32_t> marks; // of ticks 1, 2, ...
     std::vector<simulation::Digest> digests;
     std::vector<JournalCommand> commands;
     std::int64_t ticks = 0;   // complete ticks
     bool is_complete = false; // the case was ended in order
     std::string damage;       // where and why reading stopped early; empty if it did not
+};
+
+/// Walks the recorded ticks from the first.
+class StepDecoder {
+  public:
+    explicit StepDecoder(std::string_view steps) : left_(steps) {}
+    /// The controls latched at the next tick, and the mark of the state after it; false at the end, or where
+    /// the bytes make no sense (is_broken).
+    bool next(calot_controls& controls, std::uint32_t& mark);
+    bool is_broken() const { return is_broken_; }
+
+  private:
+    std::string_view left_;
+    std::array<std::uint64_t, 36> word_{}; // the controls' fields, as bits
+    bool is_broken_ = false;
 };
 
 /// Reads a case's folder, or its case.calot. Damage after the header is no error (Journal::damage); an

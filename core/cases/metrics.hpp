@@ -6,8 +6,10 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace calot::cases {
@@ -29,15 +31,22 @@ class MetricsRecorder : public simulation::Observer {
     void began(const simulation::Snapshot&) override;
     void ticked(const simulation::Snapshot&) override;
     void commanded(std::int64_t tick, const simulation::Command&) override;
+    void digested(const simulation::Digest&) override;
 
     /// Values by "<task>.<metric>" (the whole case: "<metric>"); a metric without observations is absent.
     std::map<std::string, double> values() const;
     const std::vector<MetricDefinition>& own() const;
+    const std::vector<simulation::TaskState>& tasks() const;
+    /// Of the case's last state: same inputs, same value.
+    std::uint64_t fingerprint() const;
 
   private:
     struct Impl;
     std::unique_ptr<Impl> impl_;
 };
+
+/// Name of a metric's column: letters, digits and underscores, as statistics programs want them.
+std::string column_of(std::string_view task, std::string_view metric);
 
 /// One row for the case. UTF-8, comma, CRLF, header row, full stop as decimal sign; a value that was not
 /// measured is an empty cell. Writes metrics.csv and metrics-dictionary.csv into `folder`.

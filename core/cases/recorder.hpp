@@ -8,14 +8,15 @@ namespace calot::cases {
 class CaseRecorder : public simulation::Observer {
   public:
     explicit CaseRecorder(JournalWriter& journal) : journal_(&journal) {}
-    void ticked(const simulation::Snapshot& s) override { journal_->controls(s.tick, s.controls); }
+    void ticked(const simulation::Snapshot& s) override { controls_ = s.controls; }
     void commanded(std::int64_t tick, const simulation::Command& c) override { journal_->command(tick, c); }
-    void marked(std::int64_t tick, std::uint32_t mark) override { journal_->mark(tick, mark); }
+    void marked(std::int64_t, std::uint32_t mark) override { journal_->step(controls_, mark); }
     void digested(const simulation::Digest& d) override { journal_->digest(d); }
     void ended(const simulation::Snapshot& s) override { journal_->end(s); }
 
   private:
     JournalWriter* journal_;
+    calot_controls controls_{};
 };
 
 } // namespace calot::cases

@@ -11,13 +11,11 @@ namespace calot::cases {
 /// The recorded controls, tick by tick. The journal must outlive it.
 class JournalControls : public simulation::ControlSource {
   public:
-    explicit JournalControls(const Journal& journal) : journal_(&journal) {}
+    explicit JournalControls(const Journal& journal) : steps_(journal.steps) {}
     bool next(std::int64_t tick, calot_controls& out) override;
 
   private:
-    const Journal* journal_;
-    std::size_t at_ = 0;
-    calot_controls now_{};
+    StepDecoder steps_;
 };
 
 struct Difference {
@@ -29,7 +27,6 @@ struct Difference {
 class Verifier : public simulation::Observer {
   public:
     explicit Verifier(const Journal& journal) : journal_(&journal) {}
-    void ticked(const simulation::Snapshot&) override;
     void marked(std::int64_t tick, std::uint32_t mark) override;
     void digested(const simulation::Digest& digest) override;
     void ended(const simulation::Snapshot&) override;
