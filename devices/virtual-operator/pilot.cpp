@@ -86,7 +86,9 @@ Vec3 Pilot::aim(const Sight& sight, double height) const {
         if (state_.mode == Mode::through)
             return sight.ring_centre + (std::max(height, 0.0) + 0.04) * sight.ring_normal;
         const double away = norm(tip - sight.ring_centre);
-        if (away < ring_in_reach || sight.path.empty()) return sight.ring_centre + 0.004 * sight.ring_normal;
+        // Never at what is right before the lens: a little beyond the ring, the more the nearer it is.
+        if (away < ring_in_reach || sight.path.empty())
+            return sight.ring_centre + std::max(0.004, 0.03 - away) * sight.ring_normal;
         if (away < 2 * ring_in_reach) return point_at(sight.path, state_.progress + near_ahead);
     }
     return point_at(sight.path, state_.progress + far_ahead);
@@ -110,7 +112,7 @@ Rates Pilot::step(const Sight& sight, const Hands& hands, double dt) {
     const double height = sight.has_ring ? dot(tip - sight.ring_centre, sight.ring_normal) : -1;
     const Vec3 aside = tip - sight.ring_centre - height * sight.ring_normal;
     s.progress = find_progress(sight);
-    if (s.mode == Mode::follow && sight.has_ring && height > -0.002 && norm(aside) < sight.ring_radius)
+    if (s.mode == Mode::follow && sight.has_ring && height > -0.004 && norm(aside) < sight.ring_radius)
         s.mode = Mode::through;
     else if (s.mode == Mode::through && height < -0.01)
         s.mode = Mode::follow;
