@@ -19,6 +19,7 @@ int main(int count, char** arguments) {
                "or device\nfailure during it.");
     Action action;
     add_list(app, action);
+    add_bench(app, action);
     try {
         app.parse(count, arguments);
     } catch (const CLI::ParseError& e) {

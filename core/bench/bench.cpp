@@ -68,10 +68,10 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
     } catch (const CLI::ParseError& e) {
         return app.exit(e, out, errors) == 0 ? 0 : 2;
     } catch (const host::UserError& e) {
-        errors << e.what() << '\n';
+        errors << "calot: " << e.what() << '\n';
         return 2;
     } catch (const host::PluginError& e) {
-        errors << e.plugin << ": " << e.function << ": " << e.field << ": " << e.message << '\n';
+        errors << "calot: " << e.plugin << ": " << e.function << ": " << e.field << ": " << e.message << '\n';
         return 3;
     }
 }
