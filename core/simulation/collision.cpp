@@ -10,8 +10,8 @@ namespace calot::simulation {
 
 namespace {
 
-// A contact is known this long before it touches: at 0.3 m/s that is 10 ticks.
-constexpr double margin = 0.003; // m
+// How far ahead contacts are known: 5 ticks at the fastest insertion of 0.3 m/s. Wider costs more candidates.
+constexpr double margin = 0.0015; // m
 
 } // namespace
 
