@@ -31,10 +31,10 @@ float sharp_lobe(float cosine) { // cos^128
     t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t;
     return t * 17.0;
 }
-float glint_lobe(float cosine) { // cos^256
+float glint_lobe(float cosine) { // cos^512
     float t = max(cosine, 0.0);
-    t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t;
-    return t * 33.0;
+    t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t, t *= t;
+    return t * 65.0;
 }
 
 #ifdef ENDOSCOPE
@@ -55,7 +55,7 @@ Lit illuminate(vec3 p, vec3 n, vec3 wet_n, vec3 to_eye, vec4 gloss, float open) 
     float shorten = inversesqrt(1.0 + aside * aside);
     float straight = dot(wet_n, to_eye);
     float glint = glint_lobe((straight + aside * wet_n.x) * shorten) + glint_lobe((straight - aside * wet_n.x) * shorten);
-    lit.shine = vec3(power * (gloss.x * 0.05 * broad_lobe(facing) + gloss.y * 0.06 * glint));
+    lit.shine = vec3(power * (gloss.x * 0.05 * broad_lobe(facing) + gloss.y * 0.026 * glint));
     // What the walls of a hollow organ throw at each other: falls off more slowly, and is redder.
     float bounce = u_light * open * kReference / (d + kReference);
     lit.diffuse += vec3(0.100, 0.052, 0.038) * bounce;

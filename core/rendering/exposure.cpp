@@ -6,7 +6,7 @@
 namespace calot::rendering {
 namespace {
 constexpr int kSide = 40;              // of the thumbnail
-constexpr double kTarget = 0.40;       // mean of the displayed values
+constexpr double kTarget = 0.44;       // mean of the displayed values
 constexpr double kGlareShare = 0.06;   // of the picture that may be near white
 constexpr double kTimeConstant = 0.25; // s
 constexpr double kLeast = 0.004, kMost = 30;

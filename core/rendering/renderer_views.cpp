@@ -103,11 +103,16 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
             p.set("u_veins", 0);
             p.set("u_film", 1);
             p.set("u_light", static_cast<float>(light));
-            p.set("u_veil", veils ? 1.0f : 0.0f);
             current = &p;
         }
         // Only what is to be cut is cut.
         static constexpr std::array<float, 4> kNoCut{0, 0, 0, 1};
+        if (item.style == Style::Outline)
+            p.set("u_veil", 0.02f, 0.45f);
+        else if (item.style == Style::Translucent)
+            p.set("u_veil", 0.46f, 0.92f);
+        else
+            p.set("u_veil", 1.0f, 1.0f);
         p.set4("u_cut", item.style == Style::Cut ? v.cut.data() : kNoCut.data());
         set_tissue(p, item, v);
         surfaces.bind(item);
@@ -121,7 +126,7 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
                        index_offset(item.first));
     };
     const auto is_veil = [&](const DrawItem& item) {
-        return !v.endoscope && item.style == Style::Translucent;
+        return !v.endoscope && (item.style == Style::Translucent || item.style == Style::Outline);
     };
     if (!veils) {
         for (const DrawItem& item : items)

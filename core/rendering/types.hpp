@@ -46,6 +46,7 @@ enum class SurfaceId : std::uint32_t {};
 enum class Style : std::uint8_t {
     Solid,
     Translucent, // a veil, denser towards its outline: what is inside can be seen
+    Outline,     // hardly more than its outline: the body's wall around everything
     Cut,         // without the part in front of the frame's cut plane
     Hidden,      // in neither view
     EndoscopeOnly,
