@@ -19,6 +19,7 @@ constexpr double largest = 1000;  // mm: no radius or size is larger
 constexpr double smallest = 0.05; // mm
 constexpr std::uintmax_t most_bytes = 4u << 20;
 constexpr std::size_t most_cost = 4000;
+constexpr int deepest_use = 6; // descriptions that use others that use others
 
 std::string read_text(const std::filesystem::path& file) {
     std::error_code error;
@@ -35,7 +36,8 @@ std::string read_text(const std::filesystem::path& file) {
 
 class Reader {
   public:
-    Reader(std::string file, const std::vector<std::string>& facts) : file_(std::move(file)), facts_(facts) {}
+    Reader(std::string file, const std::vector<std::string>& facts, int depth = 0)
+        : file_(std::move(file)), facts_(facts), depth_(depth) {}
 
     Organ run(const std::string& text) {
         toml::table root;
@@ -57,6 +59,7 @@ class Reader {
                      deviation = top.number("deviation", 0.01, 10);
         for (const auto& each : top.tables("shape"))
             read_shape(*each.as_table());
+        cost_ = 0;
         organ.solid = find(top, "solid");
         if (!organ.solid->bounds().bounded())
             top.fail("solid", "reaches to infinity: intersect its half-spaces with a bounded shape");
@@ -79,6 +82,8 @@ class Reader {
         }
         top.finish();
         organ.shapes = shapes_;
+        organ.uses = uses_;
+        solid_cost_ = cost_;
         organ.sha256 = meshio::sha256(text);
         return organ;
     }
@@ -92,6 +97,35 @@ class Reader {
             f.fail(key, "no shape '" + id + "' above: define it first, or correct the name");
         cost_ += costs_.at(id);
         return at->second;
+    }
+
+    /// A shape of another description in the same folder, its solid unless 'shape' names one.
+    ShapePtr from_organ(Fields& f) {
+        const std::string name = f.text("file");
+        if (name.empty() || name.find_first_of("/\\") != std::string::npos)
+            f.fail("file", "name a description in the same folder, without a path");
+        if (depth_ >= deepest_use)
+            f.fail("file", "descriptions use each other in a circle or too deeply: break the chain");
+        auto at = others_.find(name);
+        if (at == others_.end()) {
+            const auto path = std::filesystem::path(file_).parent_path() / name;
+            auto reader = std::make_shared<Reader>(path.string(), facts_, depth_ + 1);
+            Organ organ = reader->run(read_text(path));
+            uses_.insert(organ.uses.begin(), organ.uses.end());
+            uses_.emplace(name, organ.sha256);
+            at = others_.emplace(name, Other{std::move(organ), std::move(reader)}).first;
+        }
+        const Other& other = at->second;
+        if (!f.has("shape")) {
+            cost_ += other.reader->solid_cost_;
+            return other.organ.solid;
+        }
+        const std::string id = f.text("shape");
+        const auto shape = other.organ.shapes.find(id);
+        if (shape == other.organ.shapes.end())
+            f.fail("shape", "no shape '" + id + "' in " + name + ": name one of its shapes");
+        cost_ += other.reader->costs_.at(id);
+        return shape->second;
     }
 
     SweepPtr sweep(Fields& f, std::string_view key) {
@@ -256,6 +290,8 @@ class Reader {
         else if (kind == "place")
             made = make_placed(of(), f.vec_or("move", -far, far, {}), f.vec_or("rotate", -360, 360, {}),
                                f.vec_or("about", -far, far, {}), f.number_or("scale", 0.05, 20, 1));
+        else if (kind == "organ")
+            made = from_organ(f);
         else if (kind == "displace")
             made = read_displaced(f);
         else if (kind == "warp")
@@ -265,7 +301,7 @@ class Reader {
             f.fail(
                 "kind",
                 "unknown: use sweep, ellipsoid, capsule, box, half-space, union, intersection, difference, "
-                "shell, offset, place, displace or warp");
+                "shell, offset, place, displace, warp or organ");
         f.finish();
         // A shape used twice by each of thirty others would be evaluated a thousand million times.
         if (cost_ > most_cost)
@@ -274,11 +310,20 @@ class Reader {
         shapes_.emplace(id, std::move(made));
     }
 
+    struct Other {
+        Organ organ;
+        std::shared_ptr<Reader> reader;
+    };
+
     std::string file_;
     const std::vector<std::string>& facts_;
     std::map<std::string, ShapePtr> shapes_;
     std::map<std::string, std::size_t> costs_; ///< fields evaluated for one value of a shape
     std::size_t cost_ = 0;                     ///< of the shape being read
+    std::size_t solid_cost_ = 0;
+    int depth_; ///< how many descriptions were read to come to this one
+    std::map<std::string, Other> others_;
+    std::map<std::string, std::string> uses_;
 };
 
 } // namespace

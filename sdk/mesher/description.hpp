@@ -32,6 +32,8 @@ struct Organ {
     std::vector<Region> regions;
     std::map<std::string, ShapePtr> shapes; ///< all of them, by id
     std::string sha256;                     ///< of the description's bytes
+    /// The other descriptions that its shapes were taken from: file name and SHA-256, sorted by name.
+    std::map<std::string, std::string> uses;
 };
 
 /// The keys that a description's `source` may cite: the first column of a tab-separated file.

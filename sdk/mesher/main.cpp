@@ -83,6 +83,8 @@ bool mesh_one(const fs::path& description, const fs::path& out, const std::strin
     options.generator = mesher_version;
     options.extras = {
         {"title", organ.title}, {"description_sha256", organ.sha256}, {"mesher", mesher_version}};
+    for (const auto& [file, sha256] : organ.uses)
+        options.extras.emplace_back("uses_sha256:" + file, sha256);
     meshio::write_glb(out, made.mesh, options);
     return made.problem.empty();
 }
