@@ -3,9 +3,16 @@
 // shaft of 100 segments of 10 mm (radius 6.3 mm) along its folds, and 100 spheres of 6 mm along the same
 // wall.
 #include "geometry/chain_contacts.hpp"
+#include "geometry/distance.hpp"
+#include "geometry/self_contacts.hpp"
 #include "geometry/test_shapes.hpp"
 
 #include <benchmark/benchmark.h>
+#ifdef CALOT_HAS_EMBREE
+#include <embree3/rtcore.h>
+#endif
+
+#include <algorithm>
 
 using namespace calot::geometry;
 using namespace calot::geometry::test;
@@ -77,19 +84,94 @@ void build(benchmark::State& state) {
 }
 BENCHMARK(build)->Arg(72)->Arg(225)->Unit(benchmark::kMillisecond);
 
-// Nearest point within 6 mm of each of 100 points along the wall.
+// The nearest points to 100 points within their spheres: 0 along the wall, where every sphere finds much; 1
+// anywhere in the wall's box, where most find nothing.
+std::vector<Vec3> centres(std::int64_t where) {
+    std::vector<Vec3> points;
+    if (where == 0) {
+        const Shaft shaft(100, 0);
+        for (std::size_t i = 0; i < 100; ++i)
+            points.push_back(shaft.chain().node(i));
+    } else {
+        Random random(41);
+        for (int i = 0; i < 100; ++i)
+            points.push_back({random.in(-0.064, 0.064), random.in(-0.064, 0.064), random.in(-0.124, 0.124)});
+    }
+    return points;
+}
+
+constexpr double sphere = 6e-3;
+
 void spheres_100(benchmark::State& state) {
     const TriangleScene& scene = wall();
-    std::vector<Vec3> points;
-    const Shaft shaft(100, 0);
-    for (std::size_t i = 0; i < 100; ++i)
-        points.push_back(shaft.chain().node(i));
-    for (auto _ : state)
+    const std::vector<Vec3> points = centres(state.range(0));
+    double sum = 0;
+    for (auto _ : state) {
+        sum = 0;
         for (const Vec3& p : points)
-            benchmark::DoNotOptimize(nearest_point(scene, p, 7e-3));
+            sum += nearest_point(scene, p, sphere).distance;
+    }
     state.counters["triangles"] = static_cast<double>(scene.triangles().size());
+    state.counters["sum_mm"] = 1e3 * sum;
 }
-BENCHMARK(spheres_100)->Unit(benchmark::kMicrosecond);
+BENCHMARK(spheres_100)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+
+#ifdef CALOT_HAS_EMBREE
+// The same by Embree's point queries over the same triangles, distances in double precision in its callback.
+struct EmbreeQuery {
+    const Shape* shape;
+    Vec3 p;
+    double best2;
+};
+
+bool try_triangle(RTCPointQueryFunctionArguments* arguments) {
+    auto& query = *static_cast<EmbreeQuery*>(arguments->userPtr);
+    const Shape& shape = *query.shape;
+    const std::uint32_t t = arguments->primID;
+    const Vec3 q =
+        closest_on_triangle(query.p, shape.corner(t, 0), shape.corner(t, 1), shape.corner(t, 2)).point;
+    if (norm2(query.p - q) >= query.best2) return false;
+    query.best2 = norm2(query.p - q);
+    arguments->query->radius = static_cast<float>(std::sqrt(query.best2) * (1 + 1e-6));
+    return true;
+}
+
+void spheres_100_embree(benchmark::State& state) {
+    const Shape shape = stomach(72, 71);
+    const std::vector<Vec3> points = centres(state.range(0));
+    const RTCDevice device = rtcNewDevice("threads=1");
+    const RTCScene scene = rtcNewScene(device);
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, shape.vertices.size() / 3));
+    std::copy(shape.vertices.begin(), shape.vertices.end(), vertices);
+    auto* indices = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, shape.triangle_count()));
+    std::copy(shape.triangles.begin(), shape.triangles.end(), indices);
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcCommitScene(scene);
+    double sum = 0;
+    for (auto _ : state) {
+        sum = 0;
+        for (const Vec3& p : points) {
+            EmbreeQuery query{&shape, p, sphere * sphere};
+            RTCPointQuery point{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z),
+                                0.0f, static_cast<float>(sphere * (1 + 1e-6))};
+            RTCPointQueryContext context;
+            rtcInitPointQueryContext(&context);
+            rtcPointQuery(scene, &point, &context, try_triangle, &query);
+            if (query.best2 < sphere * sphere) sum += std::sqrt(query.best2);
+        }
+    }
+    state.counters["sum_mm"] = 1e3 * sum;
+    rtcReleaseGeometry(geometry);
+    rtcReleaseScene(scene);
+    rtcReleaseDevice(device);
+}
+BENCHMARK(spheres_100_embree)->Arg(0)->Arg(1)->Unit(benchmark::kMicrosecond);
+#endif
 
 // Contacts of 100 capsules that slide along the wall, range(0) um a tick.
 void capsules_100(benchmark::State& state) {
@@ -121,14 +203,33 @@ void refit_3000(benchmark::State& state) {
 }
 BENCHMARK(refit_3000)->Unit(benchmark::kMicrosecond);
 
-void inside(benchmark::State& state) {
+// Contacts with itself of a shaft of 100 segments wound into touching turns.
+void self_100(benchmark::State& state) {
+    std::vector<double> block(303);
+    const std::vector<double> radii(100, radius);
+    for (int i = 0; i < 101; ++i) {
+        const double angle = i * 0.01 / 0.03;
+        block[i] = 0.03 * std::cos(angle);
+        block[101 + i] = 0.03 * std::sin(angle);
+        block[202 + i] = 2 * radius * angle / 6.283185307179586;
+    }
+    SelfContacts query(101);
+    std::size_t contacts = 0;
+    for (auto _ : state)
+        contacts = query.find(Chain::of_block(block, radii), margin).size();
+    state.counters["contacts"] = static_cast<double>(contacts);
+}
+BENCHMARK(self_100)->Unit(benchmark::kMicrosecond);
+
+// Inside or outside of any organ, 100 points.
+void inside_100(benchmark::State& state) {
     const TriangleScene& scene = wall();
     const Shaft shaft(100, 0);
     for (auto _ : state)
         for (std::size_t i = 0; i < 100; ++i)
             benchmark::DoNotOptimize(organ_containing(scene, shaft.chain().node(i)));
 }
-BENCHMARK(inside)->Unit(benchmark::kMicrosecond);
+BENCHMARK(inside_100)->Unit(benchmark::kMicrosecond);
 
 } // namespace
 

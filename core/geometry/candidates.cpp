@@ -157,7 +157,7 @@ Candidates::EdgeLanes Candidates::screen(const EdgeBlock& block, Vec3 p0, Vec3 p
     // At the point: across the edge the distance is w less its part along e.
     const Int8 point = (ew >= -tolerance) & (ew <= length + tolerance) & (w0 <= tolerance) &
                        (w1 <= tolerance) & (ww - ew * ew <= limit * limit);
-    // Inside: where the lines come nearest. Nearly parallel ones (5 degrees) are not refused here.
+    // Inside: where the lines come nearest. For nearly parallel ones (6 degrees) that is uncertain.
     const Float8 uu = dot3(u, u), ue = dot3(u, e), uw = dot3(u, w);
     const Float8 det = uu - ue * ue;
     const Int8 parallel = det <= splat8(0.01f) * uu;
@@ -165,10 +165,15 @@ Candidates::EdgeLanes Candidates::screen(const EdgeBlock& block, Vec3 p0, Vec3 p
     const Float8 lean = tolerance + load8(block.tilt) * limit;
     const Float8 d2 = ww + splat8(2.0f) * t * uw + t * t * uu - s * s;
     const Float8 t_slack = splat8(1e-3f);
+    const Float8 rise0 = dot3(m0, u), rise1 = dot3(m1, u);
     const Int8 along = (t >= -t_slack) & (t <= one + t_slack) & (s >= -tolerance) &
-                       (s <= length + tolerance) & (w0 + t * dot3(m0, u) <= lean) &
-                       (w1 + t * dot3(m1, u) <= lean) & (d2 <= limit * limit);
-    return {mask8(point), mask8(along | parallel)};
+                       (s <= length + tolerance) & (w0 + t * rise0 <= lean) & (w1 + t * rise1 <= lean) &
+                       (d2 <= limit * limit);
+    // Of those the whole segment is asked: at least one end must lean away, and the first be near.
+    const Float8 stray = limit + splat8(0.1f * static_cast<float>(norm(segment)));
+    const Int8 beside = (w0 + (rise0 < zero ? rise0 : zero) <= lean) &
+                        (w1 + (rise1 < zero ? rise1 : zero) <= lean) & (ww - ew * ew <= stray * stray);
+    return {mask8(point), mask8(parallel ? beside : along)};
 }
 
 } // namespace calot::geometry

@@ -31,8 +31,8 @@ class Candidates {
   public:
     // Ends may move this far, m, before the tree is asked again: small enough for short lists, large enough
     // for several ticks of the fastest motion.
-    static constexpr double slack = 2e-3;
-    static constexpr std::size_t most_faces = 64, most_edges = 128, most_vertices = 64;
+    static constexpr double slack = 1e-3;
+    static constexpr std::size_t most_faces = 256, most_edges = 192, most_vertices = 128;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
         return version_ == version && reach <= reach_ && norm2(p0 - q0_) <= slack * slack &&
