@@ -105,9 +105,11 @@ std::string fingerprint_text(const MetricsRecorder& metrics) {
     return text;
 }
 
-// One column: its name, its value in the row, its entry in the dictionary.
+// One column: its name, its value in the row, its entry in the dictionary. Task and title, where there are
+// any, are what people read in tables.
 struct Column {
     std::string name, value, unit, definition;
+    std::string task = {}, title = {};
 };
 
 // Only what the same inputs give again: no wall time, no date, no place.
@@ -134,10 +136,10 @@ std::vector<Column> columns(const CaseHeader& h, const simulation::Outcome& outc
     };
     for (const simulation::TaskState& task : outcome.tasks) {
         all.push_back({column_of(task.id, "completed"), task.is_completed ? "1" : "0", "",
-                       task.title + ": 1 when its goal was reached."});
+                       task.title + ": 1 when its goal was reached.", task.title, "Completed"});
         const auto add = [&](const MetricDefinition& m) {
             all.push_back({column_of(task.id, m.id), value(task.id + "." + m.id), m.unit,
-                           task.title + ": " + m.title + ". " + m.definition});
+                           task.title + ": " + m.title + ". " + m.definition, task.title, m.title});
         };
         for (const MetricDefinition& m : task_metrics())
             add(m);
@@ -146,7 +148,8 @@ std::vector<Column> columns(const CaseHeader& h, const simulation::Outcome& outc
     }
     for (const MetricDefinition& m : metrics.own())
         if (m.task.empty())
-            all.push_back({column_of("", m.id), value(m.id), m.unit, m.title + ". " + m.definition});
+            all.push_back(
+                {column_of("", m.id), value(m.id), m.unit, m.title + ". " + m.definition, "", m.title});
     all.push_back({"penetration_max", number(outcome.penetration.deepest), "m",
                    "Deepest overlap of shaft and organs: a measure of the simulation, not of the operator."});
     all.push_back({"penetration_time", number(static_cast<double>(outcome.penetration.ticks_over_1mm) * 1e-3),
@@ -159,11 +162,11 @@ std::vector<Column> columns(const CaseHeader& h, const simulation::Outcome& outc
 void write_metrics(const std::filesystem::path& folder, const CaseHeader& header,
                    const simulation::Outcome& outcome, const MetricsRecorder& metrics) {
     std::vector<std::string> names, values;
-    std::string dictionary = line({"name", "unit", "definition"});
+    std::string dictionary = line({"name", "unit", "definition", "task", "title"});
     for (const Column& c : columns(header, outcome, metrics)) {
         names.push_back(c.name);
         values.push_back(c.value);
-        dictionary += line({c.name, cell(c.unit), cell(c.definition)});
+        dictionary += line({c.name, cell(c.unit), cell(c.definition), cell(c.task), cell(c.title)});
     }
     write_file(folder / "metrics.csv", line(names) + line(values));
     write_file(folder / "metrics-dictionary.csv", dictionary);
