@@ -95,8 +95,8 @@ TEST_F(LauncherTest, a_case_is_started_as_a_child_and_its_metrics_are_shown) {
     LauncherSettings s = settings();
     s.program = script("calot", R"(echo "$@" > )" + (folder_ / "arguments").string() + R"(
 while [ $# -gt 1 ]; do [ "$1" = --out ] && out="$2"; shift; done
-printf 'case.id,navigation.time,navigation.path-length\r\n7,41.25,\r\n' > "$out/metrics.csv"
-printf 'name,title,unit,definition,task\r\nnavigation.time,Time,s,"From first motion, to the goal",navigation\r\nnavigation.path-length,Path length of the tip,m,Length,navigation\r\n' > "$out/metrics-dictionary.csv"
+printf 'case_id,navigation_time,navigation_path_length\r\n7,41.25,\r\n' > "$out/metrics.csv"
+printf 'name,unit,definition,task,title\r\nnavigation_time,s,"From first motion, to the goal",Navigation,Time\r\nnavigation_path_length,m,Length,Navigation,Path length of the tip\r\n' > "$out/metrics-dictionary.csv"
 )");
     std::string reason;
     const auto launcher = open(s, reason);
@@ -125,7 +125,8 @@ printf 'name,title,unit,definition,task\r\nnavigation.time,Time,s,"From first mo
     EXPECT_EQ(results[1].value, "41.25");
     EXPECT_EQ(results[1].definition, "From first motion, to the goal");
     EXPECT_EQ(results[2].value, "");
-    EXPECT_EQ(results[0].title, "case.id") << "a column that the dictionary does not know keeps its name";
+    EXPECT_EQ(results[0].title, "Case id")
+        << "a column that the dictionary does not know keeps its name, made readable";
 }
 
 TEST_F(LauncherTest, a_case_that_cannot_start_is_explained) {

@@ -109,7 +109,12 @@ std::vector<Result> read_results(const std::filesystem::path& folder) {
             r.definition = cell(*at->second, "definition");
             r.task = cell(*at->second, "task");
         }
-        if (r.title.empty()) r.title = r.id;
+        if (r.title.empty()) { // "tip_path" reads better as "Tip path"
+            r.title = r.id;
+            std::replace(r.title.begin(), r.title.end(), '_', ' ');
+            if (!r.title.empty() && r.title[0] >= 'a' && r.title[0] <= 'z')
+                r.title[0] = static_cast<char>(r.title[0] - 'a' + 'A');
+        }
         out.push_back(std::move(r));
     }
     return out;
