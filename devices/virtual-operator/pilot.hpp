@@ -36,8 +36,8 @@ struct Hands {
 
 /// How well someone steers.
 struct Skill {
-    double push_speed = 0.04;      // m/s, in a lumen
-    double approach_speed = 0.015; // m/s, towards the ring
+    double push_speed = 0.03;      // m/s, in a lumen
+    double approach_speed = 0.010; // m/s, towards the ring
     double steer_gain = 1.2;       // 1/s: wheel rate for each angle between the view's axis and the aim
     double patience = 2.0;         // s without progress before drawing back
     double gentle_force = 8;       // N: from here on slower,

@@ -22,8 +22,8 @@ Manner manner_of(std::string_view skill) {
     if (skill == "expert") return {};
     if (skill == "novice") {
         Manner m;
-        m.skill.push_speed = 0.025;
-        m.skill.approach_speed = 0.01;
+        m.skill.push_speed = 0.02;
+        m.skill.approach_speed = 0.007;
         m.skill.steer_gain = 0.8;
         m.skill.patience = 3;
         m.skill.gentle_force = 12;
