@@ -108,7 +108,9 @@ void draw(const Options& options) {
     frame.tip = look_at(path[last], to_plain(tip + ahead.normalized()), {0, -1, 0.02});
     if (options.eye.size() == 3 && options.look.size() == 3) {
         frame.tip = look_at(vec3(options.eye), vec3(options.look), {0, -1, 0.02});
-        frame.shaft.centreline.push_back(vec3(options.eye));
+        const Eigen::Vector3d forward = to_matrix(frame.tip.rotation).col(2);
+        for (const double behind : {0.05, 0.03, 0.01, 0.0})
+            frame.shaft.centreline.push_back(to_plain(to_eigen(vec3(options.eye)) - behind * forward));
     }
     const toml::node_view site = anatomy["landmark"]["viscerotomy"];
     if (site.is_table()) {
