@@ -18,6 +18,8 @@ constexpr double longest_substep = 1e-4;
 // s, added to every bending damping: the lowest mode of a metre of endoscope loses a part in 10^5 of its
 // energy in a period by it, the grid's own modes, where leapfrog energy is roughest, some per cent.
 constexpr double numerical_viscosity = 1e-6;
+// Bending damping acts up to this share of the undamped substep, then costs half as many substeps again.
+constexpr double most_viscosity = 5.0 / 12.0;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do within a substep.
 constexpr double speed_limit = 20.0; // m/s
 
@@ -296,17 +298,25 @@ void CosseratRod::choose_substeps() {
     if (chosen_ && *chosen_ == Choice{dt, base, tip}) return;
     chosen_ = Choice{dt, base, tip};
     double least = std::min(dt, longest_substep);
-    for (int i = 0; i < n_; ++i) {
-        if ((i == 0 && base) || (i == n_ - 1 && tip)) continue;
-        double row = 0.0, tau = 0.0;
+    const auto squared = [&](int i) {
+        double row = 0.0;
         for (int k = std::max(i - 1, 0); k <= std::min(i + 1, n_ - 1); ++k) {
             if ((k == 0 && !base) || (k == n_ - 1 && !tip)) continue;
             const double inverse =
                 std::max(inverse_length_[std::max(i - 1, 0)], inverse_length_[std::min(i, n_ - 2)]);
             row += (k == i ? 4.0 : 2.0) * std::max(k1_[k], k2_[k]) * per_twist_cell_[k] * inverse * inverse;
-            tau = std::max(tau, viscosity_[k]);
         }
-        const double w2 = row / mass_[i], limit = 4.0 * stability_share * stability_share / w2;
+        return row / mass_[i];
+    };
+    const int first = base ? 1 : 0, end = tip ? n_ - 1 : n_;
+    for (int i = first; i < end; ++i)
+        least = std::min(least, 2.0 * stability_share / std::sqrt(squared(i)));
+    viscosity_cap_ = most_viscosity * least;
+    for (int i = first; i < end; ++i) {
+        double tau = 0.0;
+        for (int k = std::max(i - 1, 0); k <= std::min(i + 1, n_ - 1); ++k)
+            tau = std::max(tau, std::min(viscosity_[k], viscosity_cap_));
+        const double limit = 4.0 * stability_share * stability_share / squared(i);
         least = std::min(least, std::sqrt(tau * tau + limit) - tau);
     }
     substeps_ = std::max(1, static_cast<int>(std::ceil(dt / least - 1e-9)));

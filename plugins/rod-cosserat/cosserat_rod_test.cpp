@@ -229,6 +229,27 @@ TEST(CosseratRod, free_vibration_gains_no_energy) {
     EXPECT_LT(std::fabs(rod.arc_length() - L), 1e-6 * L);
 }
 
+TEST(CosseratRod, bending_damping_costs_half_as_many_substeps_again_at_most) {
+    int substeps[3] = {};
+    double left[3] = {};
+    const double damping[3] = {0.0, 2e-5, 0.02};
+    for (int k = 0; k < 3; ++k) {
+        Rod spec(100);
+        spec.bending_damping.assign(99, damping[k]);
+        CosseratRod rod = spec.make();
+        rod.reset({}, along_x);
+        StepInput in = clamped();
+        in.gravity = {0, 9.81, 0};
+        run(rod, in, 500);
+        substeps[k] = rod.substeps();
+        left[k] = rod.energies().total();
+    }
+    EXPECT_GT(substeps[1], substeps[0]);
+    EXPECT_LE(substeps[2], substeps[0] * 3 / 2 + 1);
+    EXPECT_LT(left[1], left[0]);
+    EXPECT_LT(left[2], left[1]);
+}
+
 // A tube round the straight line from `a` on along `axis`, as contacts: the nearest wall for each segment's
 // far node.
 std::vector<Contact> in_a_tube(const CosseratRod& rod, Vec3 a, Vec3 axis, double radius, double r,

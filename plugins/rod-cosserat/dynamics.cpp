@@ -80,7 +80,7 @@ void CosseratRod::joint_moments(double h, bool advance) {
                  *pt = per_twist_cell_.data(), *visc = viscosity_.data();
     double *gx = gx_.data(), *gy = gy_.data(), *gz = gz_.data();
     double *l1 = last_u1_.data(), *l2 = last_u2_.data(), *d1 = rate1_.data(), *d2 = rate2_.data();
-    const double fresh = advance ? 1.0 : 0.0, kept = 1.0 - fresh, rate = fresh / h;
+    const double cap = viscosity_cap_, fresh = advance ? 1.0 : 0.0, kept = 1.0 - fresh, rate = fresh / h;
 #pragma GCC ivdep
     for (int i = 1; i < n_ - 1; ++i) {
         const double aw = qw[i - 1], ax = qx[i - 1], ay = qy[i - 1], az = qz[i - 1];
@@ -96,8 +96,9 @@ void CosseratRod::joint_moments(double h, bool advance) {
         d2[i] = rate * (s2 - l2[i]) + kept * d2[i];
         l1[i] = fresh * s1 + kept * l1[i];
         l2[i] = fresh * s2 + kept * l2[i];
-        s1 += visc[i] * d1[i];
-        s2 += visc[i] * d2[i];
+        const double tau = std::min(visc[i], cap);
+        s1 += tau * d1[i];
+        s2 += tau * d2[i];
         const double m1 = k1[i] * (s1 - r1[i]), m2 = k2[i] * (s2 - r2[i]), m3 = k3[i] * (pt[i] * v3 - r3[i]);
         const double g1 = c0 * m1 + v2 * m3 - v3 * m2;
         const double g2 = c0 * m2 + v3 * m1 - v1 * m3;
