@@ -10,8 +10,8 @@ namespace calot::simulation {
 
 namespace {
 
-// How far ahead contacts are known: 3 ticks at the fastest insertion of 0.3 m/s. 3 mm gave the same bits in the
-// oesophagus at four times the cost, for the lumen is hardly wider than the shaft.
+// How far ahead contacts are known: 3 ticks at the fastest insertion of 0.3 m/s. 3 mm gave the same bits in
+// the oesophagus at four times the cost, for the lumen is hardly wider than the shaft.
 constexpr double margin = 0.0010; // m
 
 } // namespace

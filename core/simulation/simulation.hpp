@@ -77,16 +77,16 @@ class Observer {
 };
 
 struct Setup {
-    std::shared_ptr<const World> world;
+    std::shared_ptr<const World> world{};
     std::string start = "default"; // of the scene's start poses
-    Plugin rod;
-    Plugin device;                   // or
+    Plugin rod{};
+    Plugin device{};                 // or
     ControlSource* replay = nullptr; // controls from elsewhere
-    Plugin procedure;                // may be absent: nothing but the shaft
+    Plugin procedure{};              // may be absent: nothing but the shaft
     std::uint64_t seed = 0;
     unsigned threads = 2; // 1: collision runs on the simulation thread; the bits are the same
     std::uint32_t nodes = 100;
-    std::string until;    // ends when this task is completed
+    std::string until{};  // ends when this task is completed
     bool measure = false; // fill Snapshot::cost
     std::uint32_t max_contacts = 512;
     double max_force = 50, max_torque = 1; // N, N m: of the virtual coupling

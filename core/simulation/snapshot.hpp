@@ -121,8 +121,8 @@ struct Snapshot {
 };
 
 /// A fixed ring of snapshots: one writer, any number of readers, no locks, no allocation. A reader pins the
-/// newest; the writer never touches a pinned slot or the newest. With more readers pinning at once than
-/// `slots - 2` the writer keeps the newest snapshot unpublished until a slot is free (writer_slot is null).
+/// newest; the writer never touches a pinned slot or the newest. While readers pin all others the writer
+/// publishes nothing (begin() is null).
 class SnapshotRing {
   public:
     static constexpr std::size_t slots = 8;

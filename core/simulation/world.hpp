@@ -47,9 +47,9 @@ struct Anatomy {
 };
 
 struct WorldOptions {
-    std::filesystem::path assets;    // folder with anatomy/ and endoscopes/
-    std::string anatomy;             // overrides the scene's
-    std::filesystem::path endoscope; // a datasheet's file; overrides the scene's
+    std::filesystem::path assets{};    // folder with anatomy/ and endoscopes/
+    std::string anatomy{};             // overrides the scene's
+    std::filesystem::path endoscope{}; // a datasheet's file; overrides the scene's
 };
 
 struct World {
