@@ -133,6 +133,7 @@ MetricsRecorder::MetricsRecorder(std::vector<simulation::TaskState> tasks, std::
 }
 
 MetricsRecorder::~MetricsRecorder() = default;
+MetricsRecorder::MetricsRecorder(MetricsRecorder&&) noexcept = default;
 
 void MetricsRecorder::began(const simulation::Snapshot& s) {
     for (std::size_t k = 0; k < 3; ++k)

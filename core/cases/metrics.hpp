@@ -28,6 +28,7 @@ class MetricsRecorder : public simulation::Observer {
     /// `own`: what the procedure declares. [main]
     MetricsRecorder(std::vector<simulation::TaskState> tasks, std::vector<MetricDefinition> own);
     ~MetricsRecorder() override;
+    MetricsRecorder(MetricsRecorder&&) noexcept;
     void began(const simulation::Snapshot&) override;
     void ticked(const simulation::Snapshot&) override;
     void commanded(std::int64_t tick, const simulation::Command&) override;

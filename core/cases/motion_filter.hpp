@@ -12,14 +12,17 @@ class MotionFilter {
   public:
     static constexpr double frequency = 10; // Hz
 
-    void start(double at) { position_ = at, velocity_ = acceleration_ = 0; }
+    void start(double at) { position_ = at, rate_ = velocity_ = acceleration_ = 0; }
     void step(double input) {
         constexpr double w = 2 * std::numbers::pi * frequency, dt = 1e-3;
-        const double off = position_ - input, slope = velocity_ + w * off;
+        const double off = position_ - input, slope = rate_ + w * off;
         const double decay = decay_per_tick();
+        const double before = position_, velocity = velocity_;
         position_ = input + (off + slope * dt) * decay;
-        velocity_ = (velocity_ - w * slope * dt) * decay;
-        acceleration_ = w * w * (input - position_) - 2 * w * velocity_;
+        rate_ = (rate_ - w * slope * dt) * decay;
+        // Means over the tick: the state itself swings within it, for the input comes in steps.
+        velocity_ = (position_ - before) / dt;
+        acceleration_ = (velocity_ - velocity) / dt;
     }
     double position() const { return position_; }
     double velocity() const { return velocity_; }
@@ -27,7 +30,7 @@ class MotionFilter {
 
   private:
     static double decay_per_tick(); // exp(-w dt)
-    double position_ = 0, velocity_ = 0, acceleration_ = 0;
+    double position_ = 0, rate_ = 0, velocity_ = 0, acceleration_ = 0;
 };
 
 } // namespace calot::cases
