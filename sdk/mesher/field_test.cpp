@@ -1,5 +1,6 @@
 #include "description.hpp"
 #include "noise.hpp"
+#include "overlaps.hpp"
 #include "patterns.hpp"
 #include "sweep.hpp"
 
@@ -9,6 +10,7 @@
 #include <filesystem>
 #include <fstream>
 #include <random>
+#include <unistd.h>
 
 namespace {
 
@@ -224,6 +226,60 @@ TEST(Description, broken_ones_never_crash) {
         refused += !complaint(text).empty();
     }
     EXPECT_GT(refused, 1000);
+}
+
+TEST(Description, an_organ_can_be_made_from_another_and_says_from_which) {
+    const auto folder = std::filesystem::temp_directory_path() / ("calot-uses-" + std::to_string(getpid()));
+    std::filesystem::create_directories(folder);
+    const auto write =
+        [&](const std::string& name, const std::string& shapes, const std::string& solid) {
+            std::ofstream(folder / name)
+                << "format = 1\nname = \"a\"\ntitle = \"A\"\ntriangles = 1000\nedge = 3\n"
+                   "deviation = 0.2\nsolid = \"" +
+                       solid + "\"\n" + shapes + "[[region]]\nname = \"all\"\n";
+            return folder / name;
+        };
+    const std::string ball = "[[shape]]\nid = \"ball\"\nkind = \"ellipsoid\"\ncentre = [1, 2, 3]\nradii = 5\n"
+                             "source = \"E: a test\"\n";
+    const auto use = [](const std::string& file, const std::string& more = {}) {
+        return "[[shape]]\nid = \"other\"\nkind = \"organ\"\nfile = \"" + file + "\"\n" + more +
+               "source = \"E: a test\"\n";
+    };
+    write("one.toml", ball, "ball");
+    write("two.toml", use("one.toml"), "other");
+    const Organ three = read_organ(write("three.toml", use("two.toml"), "other"), {"x"});
+    EXPECT_NEAR(three.solid->value({1, 2, 10}), 2, 1e-9);
+    ASSERT_EQ(three.uses.size(), 2u) << "used directly, and through the one used";
+    EXPECT_EQ(three.uses.at("one.toml"), read_organ(folder / "one.toml", {"x"}).sha256);
+
+    for (const auto& [shapes, expected] : std::vector<std::pair<std::string, std::string>>{
+             {use("circle.toml"), "circle"},
+             {use("../one.toml"), "without a path"},
+             {use("none.toml"), "no such file"},
+             {use("one.toml", "shape = \"cube\"\n"), "no shape 'cube'"}}) {
+        const auto file = write("circle.toml", shapes, "other");
+        try {
+            read_organ(file, {"x"});
+            ADD_FAILURE() << "taken: " << shapes;
+        } catch (const DescriptionError& error) {
+            EXPECT_NE(std::string(error.what()).find(expected), std::string::npos) << error.what();
+        }
+    }
+    std::filesystem::remove_all(folder);
+}
+
+TEST(Overlaps, two_balls_share_a_lens_and_a_third_touches_none) {
+    std::vector<Organ> organs(3);
+    const double centres[] = {0, 17, 40};
+    for (std::size_t i = 0; i < 3; ++i) {
+        organs[i].name = std::to_string(i);
+        organs[i].solid = make_ellipsoid({centres[i], 0, 0}, {10, 10, 10}, {}, 2);
+    }
+    const auto found = find_overlaps(organs, 0.5);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NEAR(found[0].depth, 3, 0.6);
+    // Two caps of height 1.5 mm: pi h^2 (3 r - h) / 3 each.
+    EXPECT_NEAR(found[0].volume, 2 * 3.14159 * 1.5 * 1.5 * (30 - 1.5) / 3 / 1000, 0.01);
 }
 
 } // namespace

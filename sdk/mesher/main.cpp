@@ -1,5 +1,6 @@
 #include "description.hpp"
 #include "organ_mesh.hpp"
+#include "overlaps.hpp"
 #include "surface.hpp"
 
 #include <calot/meshio/read.hpp>
@@ -102,14 +103,31 @@ std::vector<fs::path> descriptions_in(const fs::path& folder) {
     return found;
 }
 
+/// Whether no organ reaches more than 2 mm into another: soft organs that lie on each other press that much.
+bool compare_organs(const fs::path& folder, const std::string& facts, double step) {
+    constexpr double most_depth = 2;
+    std::vector<mesher::Organ> organs;
+    for (const auto& each : descriptions_in(folder))
+        organs.push_back(mesher::read_organ(each, facts_for(each, facts)));
+    bool good = true;
+    for (const mesher::Overlap& o : mesher::find_overlaps(organs, step)) {
+        std::printf("%s and %s: %.2f mL, %.1f mm deep at (%.0f, %.0f, %.0f)%s\n", o.first.c_str(),
+                    o.second.c_str(), o.volume, o.depth, o.deepest.x, o.deepest.y, o.deepest.z,
+                    o.depth > most_depth ? ": too deep" : "");
+        good = good && o.depth <= most_depth;
+    }
+    std::printf("%zu organs: %s\n", organs.size(), good ? "good" : "some pierce each other");
+    return good;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
     CLI::App app{"calot-mesher: organ descriptions in, clean surface meshes (GLB) out."};
     app.footer(teaching);
-    std::string description, all, out, facts;
+    std::string description, all, out, facts, overlaps;
     std::vector<std::string> check;
-    double scale = 1;
+    double scale = 1, step = 2;
     bool draft = false;
     app.add_option("description", description, "An organ's description (.toml)");
     app.add_option("--all", all, "Mesh every description in this folder (anatomy.toml, the list, is none)");
@@ -118,6 +136,12 @@ int main(int argc, char** argv) {
         ->expected(1, -1);
     app.add_option("--scale", scale, "With --check: metres for each unit of the files")
         ->capture_default_str();
+    app.add_option("--overlaps", overlaps,
+                   "Only say where the organs described in this folder reach into each other; more than 2 mm "
+                   "is not good");
+    app.add_option("--step", step, "With --overlaps: mm between the points looked at")
+        ->capture_default_str()
+        ->check(CLI::Range(0.5, 20.0));
     app.add_flag("--draft", draft, "Write a mesh that fails its checks too, to look at");
     app.add_option("--facts", facts, "The table of sources; found beside the description unless given");
     app.set_version_flag("--version", mesher_version);
@@ -133,6 +157,8 @@ int main(int argc, char** argv) {
                 print(file, made, 0);
                 good = good && made.problem.empty();
             }
+        } else if (!overlaps.empty()) {
+            good = compare_organs(overlaps, facts, step);
         } else if (!all.empty()) {
             fs::create_directories(out.empty() ? "." : out);
             for (const auto& each : descriptions_in(all)) {
@@ -148,8 +174,7 @@ int main(int argc, char** argv) {
             good = mesh_one(description, out, facts, draft);
         } else {
             std::cerr << "calot-mesher: nothing to do: give DESCRIPTION.toml -o MESH.glb, --all FOLDER -o "
-                         "FOLDER, or "
-                         "--check MESH; --help explains"
+                         "FOLDER, --overlaps FOLDER, or --check MESH; --help explains"
                       << std::endl;
             return 2;
         }
