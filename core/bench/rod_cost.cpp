@@ -75,6 +75,7 @@ std::vector<Row> rod_costs(const MakeInstance& make, const RodOptions& o, double
         BenchRod::Setup s;
         s.rod = uniform;
         s.drag = 5;
+        s.bending_damping = 2e-5;
         s.max_contacts = static_cast<std::uint32_t>(uniform.nodes + 1);
         s.frame = same_frames(uniform, along_x);
         const double inside = 0.45 * uniform.length;

@@ -8,12 +8,15 @@ namespace calot::bench {
 
 namespace {
 
-std::string number(double v, int digits = 17) {
-    if (std::isnan(v)) return "";
-    if (std::isinf(v)) return "";
+// The shortest text that reads back as the same number, or with so many digits; nothing for what is no
+// number.
+std::string number(double v, int digits = 0) {
+    if (!std::isfinite(v)) return "";
     char text[40];
-    const auto end = std::to_chars(text, text + sizeof text, v, std::chars_format::general, digits).ptr;
-    return {text, end};
+    const auto result = digits == 0
+                            ? std::to_chars(text, text + sizeof text, v)
+                            : std::to_chars(text, text + sizeof text, v, std::chars_format::general, digits);
+    return {text, result.ptr};
 }
 
 } // namespace
