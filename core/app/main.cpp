@@ -9,15 +9,22 @@
 
 int main(int count, char** arguments) {
     using namespace calot::app;
-    CLI::App app("Calot simulates endoscopic procedures for training.", "calot");
+    CLI::App app(
+        "Calot simulates endoscopic procedures for training. Without a subcommand it opens the launcher.",
+        "calot");
     app.set_version_flag("--version", CALOT_VERSION);
-    app.require_subcommand(1);
+    app.require_subcommand(0, 1);
     app.get_formatter()->column_width(34);
-    app.footer(examples({"calot list                         what is installed"}) +
-               "\nExit codes: 0 completed, 1 not completed, 2 bad input or a plugin refused before the case, "
-               "3 plugin "
-               "or device\nfailure during it.");
-    Action action;
+    app.footer(
+        examples({"calot                              open the launcher",
+                  "calot list                         what is installed",
+                  "calot run --help                   how to perform a procedure without the launcher"}) +
+        "\nExit codes: 0 completed, 1 not completed, 2 bad input or a plugin refused before the case, 3 "
+        "plugin "
+        "or device\nfailure during it.");
+    Action action = [] { return launch(); };
+    add_run(app, action);
+    add_replay(app, action);
     add_list(app, action);
     add_bench(app, action);
     try {

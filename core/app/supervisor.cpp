@@ -66,7 +66,7 @@ Culprit of_crash(const Blame& blame) {
     return {};
 }
 
-int report(const CaseStatus& status, const Culprit& culprit, const std::string& what, bool as_json) {
+int report(const CaseShared& status, const Culprit& culprit, const std::string& what, bool as_json) {
     const std::int64_t tick = status.blame.tick.load();
     const std::string who = culprit.plugin.empty() ? "the simulation" : culprit.plugin;
     const std::string where = culprit.function.empty() ? "" : " in " + culprit.function;
@@ -84,7 +84,7 @@ int report(const CaseStatus& status, const Culprit& culprit, const std::string& 
     return status.is_running.load() ? plugin_failure : bad_input;
 }
 
-[[noreturn]] void be_child(const std::function<int(CaseStatus&)>& body, CaseStatus& status, pid_t parent) {
+[[noreturn]] void be_child(const std::function<int(CaseShared&)>& body, CaseShared& status, pid_t parent) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent) _exit(plugin_failure);
     signal(SIGINT, SIG_IGN); // the supervisor passes it on, as SIGTERM
@@ -104,15 +104,15 @@ int report(const CaseStatus& status, const Culprit& culprit, const std::string& 
 
 } // namespace
 
-void CaseStatus::set_folder(const std::string& path) {
+void CaseShared::set_folder(const std::string& path) {
     std::strncpy(folder.data(), path.c_str(), folder.size() - 1);
 }
 
-int supervise(const std::function<int(CaseStatus&)>& body, bool as_json) {
+int supervise(const std::function<int(CaseShared&)>& body, bool as_json) {
     void* memory =
-        mmap(nullptr, sizeof(CaseStatus), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+        mmap(nullptr, sizeof(CaseShared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     if (memory == MAP_FAILED) throw std::runtime_error("there is no memory to share with the simulation");
-    CaseStatus& status = *new (memory) CaseStatus;
+    CaseShared& status = *new (memory) CaseShared;
 
     struct sigaction action {};
     action.sa_handler = &on_end;

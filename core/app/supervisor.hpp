@@ -11,7 +11,7 @@
 namespace calot::app {
 
 /// Memory that the supervisor and the simulating child share.
-struct CaseStatus {
+struct CaseShared {
     host::Blame blame;
     /// Set when the first tick is about to run: what fails before is bad input, what fails later a failure.
     std::atomic<bool> is_running{false};
@@ -26,6 +26,6 @@ struct CaseStatus {
 /// error, with `as_json` also as an object on standard output. SIGINT and SIGTERM reach the child as SIGTERM;
 /// if it then does not end within 10 s, it is killed. The child dies with this process.
 /// To be called while the process has one thread and has opened nothing.
-int supervise(const std::function<int(CaseStatus&)>& body, bool as_json);
+int supervise(const std::function<int(CaseShared&)>& body, bool as_json);
 
 } // namespace calot::app

@@ -1,0 +1,186 @@
+#include "app/case_parts.hpp"
+
+#include "host/error.hpp"
+#include "simulation/plugin_call.hpp"
+
+#include <calot/abi/plugin.h>
+#include <calot/meshio/sha256.hpp>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <ctime>
+
+namespace calot::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string now_utc() {
+    const std::time_t now = std::time(nullptr);
+    std::tm parts{};
+    gmtime_r(&now, &parts);
+    std::array<char, 32> text;
+    std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+    return text.data();
+}
+
+simulation::Plugin plugin(const host::Instance& instance) {
+    if (!instance) return {};
+    return {instance.id(), instance.abi()};
+}
+
+constexpr std::size_t max_scene_bytes = 1u << 20;
+
+// The scene that a procedure writes.
+std::string scene_text(const simulation::Plugin& procedure) {
+    std::string all;
+    const calot_sink sink{sizeof sink, &all, [](void* self, calot_bytes bytes) -> calot_status {
+                              auto& to = *static_cast<std::string*>(self);
+                              if (bytes.data == nullptr || bytes.size > max_scene_bytes - to.size())
+                                  return CALOT_ERROR;
+                              to.append(reinterpret_cast<const char*>(bytes.data), bytes.size);
+                              return CALOT_OK;
+                          }};
+    simulation::call(procedure, "scene", simulation::functions<calot_procedure>(procedure).scene, &sink);
+    return all;
+}
+
+} // namespace
+
+fs::path find_assets() {
+    std::vector<fs::path> places;
+    if (const char* given = std::getenv("CALOT_ASSETS")) places.emplace_back(given);
+    std::error_code problem;
+    const fs::path program = fs::read_symlink("/proc/self/exe", problem);
+    for (fs::path folder = program.parent_path(); !folder.empty() && folder != folder.root_path();
+         folder = folder.parent_path()) {
+        places.push_back(folder / "assets");
+        places.push_back(folder / "share/calot");
+    }
+    for (const fs::path& place : places)
+        if (fs::is_directory(place / "anatomy", problem) && fs::is_directory(place / "endoscopes", problem))
+            return place;
+    throw host::UserError("assets/anatomy", "",
+                          "is in no folder above the program; set CALOT_ASSETS to the folder that holds "
+                          "anatomy and endoscopes");
+}
+
+CaseParts::CaseParts(const CaseOptions& options, const cases::Journal* replay)
+    : services(options.threads), plugins(services) {
+    services.set("operator.skill", options.skill);
+    services.set("operator.code", options.operator_code);
+    choose(options, replay != nullptr);
+    const simulation::Plugin p = plugin(procedure);
+    const simulation::SceneDescription scene =
+        simulation::parse_scene(scene_text(p), options.procedure + ": scene");
+    simulation::WorldOptions world_options;
+    world_options.assets = find_assets();
+    world_options.anatomy = options.anatomy;
+    world_options.endoscope = options.endoscope;
+    world = simulation::load_world(scene, world_options);
+    describe(options, replay);
+}
+
+void CaseParts::choose(const CaseOptions& options, bool is_replay) {
+    const host::Found found = plugins.find(host::Kind::procedure, options.procedure);
+    title = found.model->title;
+
+    std::string rod_id = options.rod;
+    if (rod_id.empty()) {
+        for (const host::Found& model : plugins.models(host::Kind::rod))
+            if (rod_id.empty() && model.model->is_realtime) rod_id = model.model->id;
+        if (rod_id.empty())
+            throw host::UserError("--rod", "",
+                                  "no real-time rod model is installed; `calot why ID` says why not");
+    }
+    if (!plugins.find(host::Kind::rod, rod_id).model->is_realtime)
+        throw host::UserError(
+            "--rod", "", rod_id + " is for comparisons, not for cases; choose another of `calot list rod`");
+
+    std::string device_id = options.device;
+    if (device_id.empty() && !is_replay) {
+        if (options.is_headless) {
+            const auto& demonstration = found.model->procedure->demonstration;
+            throw host::UserError("--device", "",
+                                  "is needed without a window; for example --device " +
+                                      (demonstration ? demonstration->device : std::string("ID")));
+        }
+        for (const host::Found& model : plugins.models(host::Kind::device))
+            if (device_id.empty() && model.candidate->reading.manifest->has_extension(CALOT_EXTENSION_EVENTS))
+                device_id = model.model->id;
+        if (device_id.empty())
+            throw host::UserError("--device", "",
+                                  "no device that takes the window's events is installed; give one "
+                                  "of `calot list device`");
+    }
+
+    procedure = plugins.make(host::Kind::procedure, options.procedure);
+    rod = plugins.make(host::Kind::rod, rod_id);
+    if (!is_replay) device = plugins.make(host::Kind::device, device_id);
+}
+
+void CaseParts::describe(const CaseOptions& options, const cases::Journal* replay) {
+    header.id = fs::path(options.folder).filename().string();
+    header.version = CALOT_VERSION;
+    header.created = now_utc();
+    header.procedure = procedure.id();
+    header.rod = rod.id();
+    header.device = device ? device.id() : replay->header.device;
+    header.operator_code = options.operator_code;
+    header.start = options.start;
+    header.until = options.until;
+    header.anatomy = options.anatomy;
+    header.endoscope = options.endoscope;
+    header.seed = options.seed;
+    header.threads = options.threads;
+    if (replay != nullptr) header.nodes = replay->header.nodes;
+    header.options["skill"] = options.skill;
+    header.hashes["scene"] = world->scene_hash;
+    header.hashes["endoscope"] = meshio::sha256_file(world->endoscope.file);
+    for (const simulation::Organ& organ : world->anatomy.organs)
+        header.hashes["mesh/" + organ.id] = organ.mesh_hash;
+    for (const host::Instance* instance : {&procedure, &rod, &device})
+        if (*instance) header.hashes["plugin/" + instance->id()] = instance->library_hash();
+}
+
+simulation::Setup CaseParts::setup(const CaseOptions& options, simulation::ControlSource* controls) {
+    simulation::Setup setup;
+    setup.world = world;
+    setup.start = options.start;
+    setup.rod = plugin(rod);
+    setup.device = plugin(device);
+    setup.procedure = plugin(procedure);
+    setup.replay = controls;
+    setup.seed = options.seed;
+    setup.threads = options.threads;
+    setup.nodes = header.nodes;
+    setup.until = options.until;
+    return setup;
+}
+
+void CaseParts::require_task(const std::vector<simulation::TaskState>& tasks, const std::string& id) {
+    std::string all;
+    for (const simulation::TaskState& task : tasks) {
+        if (task.id == id) return;
+        all += (all.empty() ? "" : ", ") + task.id;
+    }
+    throw host::UserError("--until", "", "the procedure has no task \"" + id + "\"; it has: " + all);
+}
+
+std::vector<cases::MetricDefinition> CaseParts::metrics() const {
+    const simulation::Plugin p = plugin(procedure);
+    const auto& functions = simulation::functions<calot_procedure>(p);
+    std::vector<cases::MetricDefinition> list;
+    const std::uint32_t count = std::min<std::uint32_t>(functions.metric_count(p.instance->self), 1000);
+    for (std::uint32_t i = 0; i < count; ++i) {
+        calot_metric metric{};
+        metric.struct_size = sizeof metric;
+        simulation::call(p, "metric", functions.metric, i, &metric);
+        list.push_back({host::text(metric.id), host::text(metric.title), host::text(metric.unit),
+                        host::text(metric.definition), host::text(metric.task)});
+    }
+    return list;
+}
+
+} // namespace calot::app

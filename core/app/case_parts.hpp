@@ -1,0 +1,45 @@
+#pragma once
+
+#include "app/case_process.hpp"
+#include "cases/journal.hpp"
+#include "cases/metrics.hpp"
+#include "host/plugins.hpp"
+#include "host/services.hpp"
+#include "simulation/simulation.hpp"
+#include "simulation/world.hpp"
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace calot::app {
+
+/// What a case is made of: plugins, world, and the header that names them. Outlives the simulation.
+class CaseParts {
+  public:
+    /// Throws host::UserError and host::PluginError. A replay takes everything from its header.
+    CaseParts(const CaseOptions& options, const cases::Journal* replay);
+
+    simulation::Setup setup(const CaseOptions& options, simulation::ControlSource* controls);
+    /// Throws host::UserError if the procedure has no such task.
+    static void require_task(const std::vector<simulation::TaskState>& tasks, const std::string& id);
+    std::vector<cases::MetricDefinition> metrics() const;
+
+    host::Services services;
+    host::Plugins plugins;
+    host::Instance procedure, rod, device;
+    std::string title; ///< of the procedure
+    std::shared_ptr<const simulation::World> world;
+    cases::CaseHeader header;
+
+  private:
+    void choose(const CaseOptions& options, bool is_replay);
+    void describe(const CaseOptions& options, const cases::Journal* replay);
+};
+
+/// The folder with anatomy/, endoscopes/ and shaders/: CALOT_ASSETS, or found upwards from the program.
+/// Throws host::UserError.
+std::filesystem::path find_assets();
+
+} // namespace calot::app
