@@ -110,7 +110,7 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
         if (item.style == Style::Outline)
             p.set("u_veil", 0.02f, 0.45f);
         else if (item.style == Style::Translucent)
-            p.set("u_veil", 0.46f, 0.92f);
+            p.set("u_veil", 0.40f, 0.92f);
         else
             p.set("u_veil", 1.0f, 1.0f);
         p.set4("u_cut", item.style == Style::Cut ? v.cut.data() : kNoCut.data());
