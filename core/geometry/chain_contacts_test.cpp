@@ -347,6 +347,29 @@ TEST(ChainContacts, a_centreline_that_sinks_into_a_wall_is_pushed_back_to_the_si
     }
 }
 
+TEST(ChainContacts, a_segment_pressed_past_a_sharp_edge_is_pushed_back_over_it) {
+    // Across the edge of a block, both nodes outside of it, down to 2 mm beyond the edge.
+    const TriangleScene scene = box({-0.1, -0.1, -0.1}, {0, 0.1, 0}, 20).scene();
+    const double half = std::numbers::sqrt2 / 2;
+    const Vec3 out{half, 0, half}, along{half, 0, -half};
+    ChainContacts query(2);
+    std::uint64_t id = 0;
+    for (int tick = 0; tick <= 40; ++tick) {
+        const double height = radius - 2.1e-4 * tick; // of the centreline over the edge
+        const Vec3 middle = height * out + Vec3{0, 0.0123, 0};
+        const Line line({middle - 5e-3 * along, middle + 5e-3 * along});
+        const auto found = query.find(scene, line.chain(), margin);
+        const auto at_edge = std::ranges::find_if(found, [](const Contact& c) { return c.t > 0.0 && c.t < 1.0; });
+        ASSERT_NE(at_edge, found.end()) << "tick " << tick;
+        ASSERT_NEAR(at_edge->gap, height - radius, 1e-9) << "tick " << tick;
+        ASSERT_GT(dot(at_edge->normal, out), 0.999) << "tick " << tick;
+        if (tick > 0) {
+            ASSERT_EQ(at_edge->id, id) << "tick " << tick;
+        }
+        id = at_edge->id;
+    }
+}
+
 TEST(ChainContacts, a_tip_driven_at_the_fastest_insertion_never_passes_a_thin_wall) {
     // A chain of points, each pushed 0.3 mm a tick along z by the base; contacts of the tick before hold it
     // back, as in the tick pipeline. 4 mm of wall across its way, hit head on and at a slant.
