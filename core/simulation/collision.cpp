@@ -27,7 +27,8 @@ struct Collision::Impl {
     unsigned current = 0;
     bool is_begun = false;
 
-    std::atomic<std::uint64_t> asked{0}, answered{0};
+    // Numbers of queries: the last asked for, the last that a thread has taken on, the last that is done.
+    std::atomic<std::uint64_t> asked{0}, claimed{0}, answered{0};
     std::atomic<bool> is_over{false};
     std::thread worker;
 
@@ -83,16 +84,21 @@ struct Collision::Impl {
         list.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
 
+    // Whoever claims a query runs it: the worker, or the caller when the worker has not come to it.
+    bool claim(std::uint64_t number) {
+        std::uint64_t before = number - 1;
+        return claimed.compare_exchange_strong(before, number, std::memory_order_acq_rel);
+    }
+
     void work() {
-        for (std::uint64_t next = 1;; ++next) {
-            std::uint64_t seen = asked.load(std::memory_order_acquire);
-            while (seen < next) {
-                asked.wait(seen, std::memory_order_acquire);
-                seen = asked.load(std::memory_order_acquire);
-            }
+        std::uint64_t seen = 0;
+        for (;;) {
+            asked.wait(seen, std::memory_order_acquire);
+            seen = asked.load(std::memory_order_acquire);
             if (is_over.load(std::memory_order_relaxed)) return;
+            if (!claim(seen)) continue;
             query();
-            answered.store(next, std::memory_order_release);
+            answered.store(seen, std::memory_order_release);
             answered.notify_one();
         }
     }
@@ -130,16 +136,19 @@ void Collision::begin(std::span<const double> position, std::size_t first_segmen
 }
 
 const ContactList& Collision::finish() {
-    if (impl_->worker.joinable() && impl_->is_begun) {
-        const std::uint64_t wanted = impl_->asked.load(std::memory_order_relaxed);
-        std::uint64_t seen = impl_->answered.load(std::memory_order_acquire);
-        while (seen < wanted) {
-            impl_->answered.wait(seen, std::memory_order_acquire);
-            seen = impl_->answered.load(std::memory_order_acquire);
+    Impl& c = *impl_;
+    if (c.worker.joinable() && c.is_begun) {
+        const std::uint64_t wanted = c.asked.load(std::memory_order_relaxed);
+        if (c.claim(wanted)) {
+            c.query();
+        } else {
+            for (std::uint64_t done = c.answered.load(std::memory_order_acquire); done != wanted;
+                 done = c.answered.load(std::memory_order_acquire))
+                c.answered.wait(done, std::memory_order_acquire);
         }
     }
-    impl_->is_begun = false;
-    return impl_->lists[impl_->current];
+    c.is_begun = false;
+    return c.lists[c.current];
 }
 
 } // namespace calot::simulation

@@ -407,8 +407,9 @@ Outcome Simulation::run(const RunOptions& options) {
             pacer.ended(s.now.late);
         }
         s.end_case();
-    } catch (const host::PluginError&) {
+    } catch (const host::PluginError& error) {
         tell_end();
+        if (error.plugin != s.setup.device.id) s.end_case(); // the hands feel nothing any more
         throw;
     }
     if (!was_paused) wall_seconds += seconds_since(resumed);
