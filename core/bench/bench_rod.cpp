@@ -73,6 +73,11 @@ BenchRod::BenchRod(const MakeInstance& make, Setup setup) : instance_(make()), s
     output_.velocity = {velocity_.data(), velocity_.size()};
     output_.frame = {frame_.data(), frame_.size()};
     output_.angular_velocity = {angular_velocity_.data(), angular_velocity_.size()};
+    refresh();
+}
+
+void BenchRod::refresh() {
+    output_.contact_impulse = {};
     check(functions().read(self(), &output_, &error_), "rod.read");
 }
 

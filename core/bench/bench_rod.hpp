@@ -75,6 +75,8 @@ class BenchRod {
     void set_drag(double drag);
 
     void step(std::span<const calot_contact> contacts = {});
+    /// Reads the present state without a step.
+    void refresh();
     /// Steps until nothing moves faster than `speed` (m/s) for 20 steps, at most for `longest` seconds.
     void settle(double speed, double longest);
 

@@ -1,5 +1,6 @@
 // The reference problems, and the claims that plugins make about them.
 #include "bench/bench.hpp"
+#include "bench/lumen.hpp"
 #include "bench/references.hpp"
 #include "bench/rod_problems.hpp"
 #include "host/plugins.hpp"
@@ -7,6 +8,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -83,6 +85,114 @@ TEST(RodCosserat, claims_what_every_rod_must) {
     const auto claimed = claims();
     for (const char* must : {"rest", "cantilever", "twist", "rotate"})
         EXPECT_NE(std::find(claimed.begin(), claimed.end(), must), claimed.end()) << must;
+}
+
+// An endoscope's shaft that is pushed and turned in a bent tube, through the contract.
+struct Scene {
+    BenchRod rod;
+    Lumen lumen;
+
+    static BenchRod::Setup setup() {
+        UniformRod uniform;
+        uniform.nodes = 40, uniform.length = 0.4;
+        BenchRod::Setup s;
+        s.rod = uniform;
+        s.position = straight_line(uniform, {-0.3, 0, 0}, along_x);
+        s.frame = same_frames(uniform, along_x);
+        s.drag = 5, s.bending_damping = 2e-5;
+        calot_guide guide{};
+        guide.present = 1;
+        guide.direction[0] = 1;
+        s.guide = guide;
+        s.max_contacts = 41;
+        return s;
+    }
+    Scene()
+        : rod([] { return plugins().make(host::Kind::rod, "org.calot.rod-cosserat"); }, setup()),
+          lumen(Lumen::bend(0.05, 0.08, 1.5, 0.5), 0.01, false, 0.2) {
+        rod.input.gravity[1] = 9.81;
+        rod.input.base.mode = CALOT_END_COUPLED;
+        rod.input.base.insertion = {-0.3, 0.2, 5000, 50, 50};
+        rod.input.base.rotation = {0, 3, 10, 0.1, 1};
+    }
+    void run(int steps) {
+        for (int k = 0; k < steps; ++k) {
+            rod.step(lumen.contacts(rod));
+            rod.input.base.insertion.target += 0.2 * rod.rod().dt;
+            rod.input.base.rotation.target += 3 * rod.rod().dt;
+        }
+    }
+    std::vector<std::uint8_t> save() {
+        std::vector<std::uint8_t> bytes;
+        const calot_sink sink{sizeof(calot_sink), &bytes, [](void* self, calot_bytes more) {
+                                  auto& to = *static_cast<std::vector<std::uint8_t>*>(self);
+                                  to.insert(to.end(), more.data, more.data + more.size);
+                                  return calot_status{CALOT_OK};
+                              }};
+        calot_instance* abi = rod.instance().abi();
+        EXPECT_EQ(abi->save_state(abi->self, &sink, nullptr), CALOT_OK);
+        return bytes;
+    }
+    calot_status load(std::span<const std::uint8_t> bytes) {
+        const calot_source source{sizeof(calot_source), &bytes, [](void* self, calot_bytes_out to) {
+                                      auto& from = *static_cast<std::span<const std::uint8_t>*>(self);
+                                      const std::size_t n = std::min<std::size_t>({to.size, from.size(), 7});
+                                      std::copy_n(from.begin(), n, to.data);
+                                      from = from.subspan(n);
+                                      return std::uint64_t{n};
+                                  }};
+        calot_instance* abi = rod.instance().abi();
+        return abi->load_state(abi->self, &source, nullptr);
+    }
+};
+
+TEST(RodCosserat, resumes_to_the_same_bits_in_another_instance) {
+    Scene first, second;
+    first.run(700);
+    EXPECT_GT(first.rod.position(39).y, 0.01) << "the tube should have bent it";
+    const auto state = first.save();
+    ASSERT_EQ(second.load(state), CALOT_OK);
+    second.rod.input = first.rod.input;
+    second.lumen = first.lumen;
+    second.rod.refresh();
+    EXPECT_EQ(second.save(), state);
+    first.run(300), second.run(300);
+    EXPECT_EQ(first.save(), second.save());
+}
+
+TEST(RodCosserat, refuses_a_spoilt_state_and_goes_on) {
+    Scene scene;
+    scene.run(200);
+    const auto state = scene.save();
+    auto spoilt = state;
+    spoilt[spoilt.size() / 2] ^= 1;
+    EXPECT_EQ(scene.load(spoilt), CALOT_ERROR);
+    EXPECT_EQ(scene.load(std::span(state).first(state.size() - 9)), CALOT_ERROR);
+    EXPECT_EQ(scene.save(), state);
+    scene.run(10);
+}
+
+TEST(RodCosserat, reset_is_a_new_instance) {
+    Scene used, fresh;
+    const auto start = fresh.save();
+    used.run(300);
+    used.rod.set_drag(50);
+    calot_instance* abi = used.rod.instance().abi();
+    ASSERT_EQ(abi->reset(abi->self, 1, nullptr), CALOT_OK);
+    EXPECT_EQ(used.save(), start);
+}
+
+TEST(RodCosserat, discards_what_is_not_finite_and_stays_as_it_was) {
+    Scene scene;
+    scene.run(50);
+    const auto state = scene.save();
+    for (double bad : {std::nan(""), HUGE_VAL, 1e300}) {
+        const double good = scene.rod.input.base.insertion.target;
+        scene.rod.input.base.insertion.target = bad;
+        EXPECT_THROW(scene.rod.step(), host::PluginError);
+        scene.rod.input.base.insertion.target = good;
+        EXPECT_EQ(scene.save(), state);
+    }
 }
 
 TEST(BenchRod, csv_has_the_agreed_columns) {
