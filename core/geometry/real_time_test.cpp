@@ -18,27 +18,29 @@ std::atomic<std::size_t> allocations{0};
 
 } // namespace
 
-void* operator new(std::size_t size) {
+// Not inlined: seeing both sides, the compiler takes free() for a mistake.
+#define CALOT_COUNTED __attribute__((noinline))
+CALOT_COUNTED void* operator new(std::size_t size) {
     ++allocations;
     if (void* memory = std::malloc(size)) return memory;
     throw std::bad_alloc();
 }
-void* operator new(std::size_t size, std::align_val_t alignment) {
+CALOT_COUNTED void* operator new(std::size_t size, std::align_val_t alignment) {
     ++allocations;
     const std::size_t a = static_cast<std::size_t>(alignment);
     if (void* memory = std::aligned_alloc(a, (size + a - 1) / a * a)) return memory;
     throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept {
+CALOT_COUNTED void operator delete(void* memory) noexcept {
     std::free(memory);
 }
-void operator delete(void* memory, std::size_t) noexcept {
+CALOT_COUNTED void operator delete(void* memory, std::size_t) noexcept {
     std::free(memory);
 }
-void operator delete(void* memory, std::align_val_t) noexcept {
+CALOT_COUNTED void operator delete(void* memory, std::align_val_t) noexcept {
     std::free(memory);
 }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
+CALOT_COUNTED void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
     std::free(memory);
 }
 
