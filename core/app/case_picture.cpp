@@ -33,14 +33,17 @@ std::string appearance_of(const simulation::Organ& organ, const std::string& reg
     return organ.appearance.empty() ? "serosa" : organ.appearance;
 }
 
-// Hollow organs and the walls of the cavity hide what is to be seen: in the external view they are veils.
-bool is_veil(const simulation::Organ& organ) {
-    const auto hides = [](const std::string& name) {
-        return name.starts_with("mucosa") || name.starts_with("peritoneum");
-    };
-    if (hides(organ.appearance)) return true;
+bool shows(const simulation::Organ& organ, const char* prefix) {
+    if (organ.appearance.starts_with(prefix)) return true;
     return std::any_of(organ.region_appearance.begin(), organ.region_appearance.end(),
-                       [&](const auto& entry) { return hides(entry.second); });
+                       [&](const auto& entry) { return entry.second.starts_with(prefix); });
+}
+
+// In the external view the body's wall is an outline and hollow organs are veils, so that what is inside is
+// seen.
+rendering::Style style_of(const simulation::Organ& organ) {
+    if (shows(organ, "skin") || shows(organ, "peritoneum")) return rendering::Style::Outline;
+    return shows(organ, "mucosa") ? rendering::Style::Translucent : rendering::Style::Solid;
 }
 
 } // namespace
@@ -86,8 +89,7 @@ void CasePicture::add_surfaces(rendering::Renderer& renderer) {
     for (const simulation::Organ& organ : world_.anatomy.organs) {
         const rendering::SurfaceId id = renderer.add(rendering::to_surface(
             organ.mesh, [&](const std::string& region) { return appearance_of(organ, region); }));
-        surfaces_.push_back(
-            {id, is_veil(organ) ? rendering::Style::Translucent : rendering::Style::Solid, {}});
+        surfaces_.push_back({id, style_of(organ), {}});
     }
 }
 

@@ -23,6 +23,7 @@ Child::Child(const std::vector<std::string>& words) {
         throw std::runtime_error(std::string("no pipe: ") + std::strerror(errno));
     std::vector<std::string> copy = words;
     std::vector<char*> arguments;
+    arguments.reserve(copy.size() + 1);
     for (std::string& word : copy)
         arguments.push_back(word.data());
     arguments.push_back(nullptr);

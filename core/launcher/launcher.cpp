@@ -41,6 +41,7 @@ struct Launcher::State {
           overlay(settings.text_scale) {
         window.connect(overlay);
         apply_theme(settings.text_scale);
+        pictures.reserve(settings.procedures.size());
         for (const ProcedureEntry& p : settings.procedures)
             pictures.push_back(load_picture(p.picture));
         for (std::size_t i = 0; i < settings.devices.size(); ++i)

@@ -13,6 +13,10 @@ Surface to_surface(const meshio::TriangleMesh& mesh,
                    const std::function<std::string(const std::string&)>& appearance_of) {
     Surface s;
     s.name = mesh.name;
+    s.vertices.reserve(mesh.vertices.size());
+    s.normals.reserve(mesh.normals.size());
+    s.colours.reserve(mesh.colours.size());
+    s.triangle_appearance.reserve(mesh.region.size());
     for (const auto& v : mesh.vertices)
         s.vertices.push_back(to_floats(v));
     for (const auto& n : mesh.normals)
@@ -25,6 +29,7 @@ Surface to_surface(const meshio::TriangleMesh& mesh,
         return s;
     }
     std::vector<std::string> looks;
+    looks.reserve(mesh.region_names.size());
     for (const std::string& region : mesh.region_names)
         looks.push_back(appearance_of(region));
     for (const std::uint16_t region : mesh.region)

@@ -68,6 +68,7 @@ PictureShapes::PictureShapes() : array_(make_vertex_array()), vertices_(make_buf
     begin(surround_);
     const std::vector<Point> outline = mask_outline(0.998);
     std::vector<Point> square;
+    square.reserve(outline.size());
     for (const Point& p : outline) { // the nearest point of a larger square, radially
         const double scale = 1.45 / std::max(std::abs(p[0]), std::abs(p[1]));
         square.push_back({p[0] * scale, p[1] * scale});

@@ -88,6 +88,7 @@ VideoWriter::VideoWriter(const std::filesystem::path& file, int width, int heigh
                                    "-f",        "mp4",
                                    target};
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words)
         arguments.push_back(word.data());
     arguments.push_back(nullptr);
