@@ -34,7 +34,7 @@ class ProgressLine : public CaseDisplay {
         shown_ = now;
         const double wall = std::chrono::duration<double>(now - began_).count();
         const std::string task(last->task.view());
-        std::fprintf(stderr, "%s%7.1f s  %-12s  %.1f times real time%s", is_terminal_ ? "\r" : "",
+        std::fprintf(stderr, "%s%7.1f s  %-12s  %.2f times real time%s", is_terminal_ ? "\r" : "",
                      last->seconds(), task.c_str(), last->seconds() / wall, is_terminal_ ? "   " : "\n");
         std::fflush(stderr);
         has_written_ = is_terminal_;

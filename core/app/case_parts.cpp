@@ -42,7 +42,7 @@ std::string scene_text(const simulation::Plugin& procedure) {
                               to.append(reinterpret_cast<const char*>(bytes.data), bytes.size);
                               return CALOT_OK;
                           }};
-    simulation::call(procedure, "scene", simulation::functions<calot_procedure>(procedure).scene, &sink);
+    simulation::call(procedure, "procedure.scene", simulation::functions<calot_procedure>(procedure).scene, &sink);
     return all;
 }
 
@@ -159,15 +159,6 @@ simulation::Setup CaseParts::setup(const CaseOptions& options, simulation::Contr
     return setup;
 }
 
-void CaseParts::require_task(const std::vector<simulation::TaskState>& tasks, const std::string& id) {
-    std::string all;
-    for (const simulation::TaskState& task : tasks) {
-        if (task.id == id) return;
-        all += (all.empty() ? "" : ", ") + task.id;
-    }
-    throw host::UserError("--until", "", "the procedure has no task \"" + id + "\"; it has: " + all);
-}
-
 std::vector<cases::MetricDefinition> CaseParts::metrics() const {
     const simulation::Plugin p = plugin(procedure);
     const auto& functions = simulation::functions<calot_procedure>(p);
@@ -176,7 +167,7 @@ std::vector<cases::MetricDefinition> CaseParts::metrics() const {
     for (std::uint32_t i = 0; i < count; ++i) {
         calot_metric metric{};
         metric.struct_size = sizeof metric;
-        simulation::call(p, "metric", functions.metric, i, &metric);
+        simulation::call(p, "procedure.metric", functions.metric, i, &metric);
         list.push_back({host::text(metric.id), host::text(metric.title), host::text(metric.unit),
                         host::text(metric.definition), host::text(metric.task)});
     }

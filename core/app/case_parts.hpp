@@ -22,8 +22,6 @@ class CaseParts {
     CaseParts(const CaseOptions& options, const cases::Journal* replay);
 
     simulation::Setup setup(const CaseOptions& options, simulation::ControlSource* controls);
-    /// Throws host::UserError if the procedure has no such task.
-    static void require_task(const std::vector<simulation::TaskState>& tasks, const std::string& id);
     std::vector<cases::MetricDefinition> metrics() const;
 
     host::Services services;

@@ -71,7 +71,7 @@ CasePicture::CasePicture(const simulation::World& world, const std::vector<simul
         centre_[k] = 0.5 * (least[k] + most[k]);
         square += 0.25 * (most[k] - least[k]) * (most[k] - least[k]);
     }
-    radius_ = std::max(0.02, std::sqrt(square));
+    radius_ = std::max(0.02, 1.25 * std::sqrt(square)); // with what lies around
 }
 
 rendering::RendererSettings CasePicture::settings(int width, int height) const {

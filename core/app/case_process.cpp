@@ -53,6 +53,24 @@ class Runner {
     std::thread thread_;
 };
 
+// Removes the folder of a case that never began, if it was not there before.
+class UnbegunFolder {
+  public:
+    explicit UnbegunFolder(const fs::path& folder) {
+        if (!folder.empty() && !fs::exists(fs::symlink_status(folder))) folder_ = folder;
+    }
+    ~UnbegunFolder() {
+        std::error_code ignored;
+        if (!folder_.empty()) fs::remove_all(folder_, ignored);
+    }
+    UnbegunFolder(const UnbegunFolder&) = delete;
+    UnbegunFolder& operator=(const UnbegunFolder&) = delete;
+    void keep() { folder_.clear(); }
+
+  private:
+    fs::path folder_;
+};
+
 // What can be said of a case that a plugin's failure ended.
 simulation::Outcome cut_short(const simulation::Simulation& simulation) {
     simulation::Outcome outcome;
@@ -126,9 +144,13 @@ int run_case(const CaseOptions& options, const cases::Journal* replay, CaseShare
     std::optional<cases::JournalControls> controls;
     if (replay != nullptr) controls.emplace(*replay);
     simulation::Simulation simulation(parts.setup(options, controls ? &*controls : nullptr));
-    if (!options.until.empty() && replay == nullptr) parts.require_task(simulation.tasks(), options.until);
+
+    std::unique_ptr<CaseDisplay> display = options.is_headless
+                                               ? make_progress_line(simulation)
+                                               : make_window(simulation, *parts.world, parts.title);
 
     std::vector<fs::path> files;
+    UnbegunFolder unbegun(replay == nullptr ? options.folder : "");
     std::optional<cases::JournalWriter> journal;
     std::optional<cases::CaseRecorder> recorder;
     cases::MetricsRecorder metrics(simulation.tasks(), parts.metrics());
@@ -154,10 +176,8 @@ int run_case(const CaseOptions& options, const cases::Journal* replay, CaseShare
     run.speed = options.is_realtime ? simulation::Speed::realtime : simulation::Speed::max;
     if (options.time_limit > 0) run.max_ticks = static_cast<std::int64_t>(options.time_limit * 1000);
 
-    std::unique_ptr<CaseDisplay> display = options.is_headless
-                                               ? make_progress_line(simulation)
-                                               : make_window(simulation, *parts.world, parts.title);
     shared.is_running.store(true);
+    unbegun.keep();
     Runner runner(simulation, run);
     while (!runner.is_over()) {
         if (StopSignal::is_set()) simulation.stop();

@@ -48,7 +48,9 @@ struct VideoRecorder::Impl {
     void draw_all() {
         try {
             const rendering::EglContext context;
-            rendering::Renderer renderer(picture.settings(width, height));
+            rendering::RendererSettings settings = picture.settings(width, height);
+            settings.text_scale = 0.8; // three lines fit below the endoscope's picture
+            rendering::Renderer renderer(settings);
             picture.add_surfaces(renderer);
             rendering::OrbitCamera camera;
             camera.frame(picture.centre(), picture.radius(), rendering::ExternalCamera().vertical_field);

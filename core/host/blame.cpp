@@ -102,7 +102,8 @@ Culprit culprit_of(const Blame& where, std::uint64_t call) {
             std::string(name.function, strnlen(name.function, sizeof name.function))};
 }
 
-bool is_realtime(const std::string& function) {
+bool is_realtime(const std::string& name_of_call) {
+    const std::string function = name_of_call.substr(name_of_call.rfind('.') + 1); // "rod.step"
     for (const char* name :
          {"step", "poll", "send", "observe", "event", "update", "read", "set_segments", "answer", "closest"})
         if (function == name) return true;

@@ -42,8 +42,8 @@ struct Culprit {
 /// What a value of Blame::calls means. `where` may have been written by a broken process: bounded.
 Culprit culprit_of(const Blame& where, std::uint64_t call);
 
-/// Functions that may not take a second (step, poll, ...); the others may take half a minute.
-bool is_realtime(const std::string& function);
+/// Functions that may not take a second (rod.step, poll, ...); the others may take half a minute.
+bool is_realtime(const std::string& name_of_call);
 
 /// Sets crashed_thread when a signal for a fault (SEGV, BUS, FPE, ILL, ABRT) ends this process. Call it on
 /// the thread that calls plugins: an overflow of that thread's stack is noted, too.

@@ -38,3 +38,10 @@ TEST(Blame, rubbish_in_shared_memory_names_nobody) {
     std::memset(broken.names[3].plugin, 'x', sizeof broken.names[3].plugin);
     EXPECT_EQ(culprit_of(broken, 4).plugin.size(), sizeof broken.names[3].plugin);
 }
+
+TEST(Blame, steps_and_polls_are_real_time_whatever_stands_before_them) {
+    for (const char* name : {"step", "rod.step", "device.poll", "procedure.update"})
+        EXPECT_TRUE(is_realtime(name)) << name;
+    for (const char* name : {"", "init", "rod.configure", "stepping", "load"})
+        EXPECT_FALSE(is_realtime(name)) << name;
+}

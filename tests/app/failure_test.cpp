@@ -25,7 +25,8 @@ class Failure : public calot_test::ProgramTest {
     static bool is_running(pid_t process) {
         const std::string stat = calot_test::read_text("/proc/" + std::to_string(process) + "/stat");
         const std::size_t name_end = stat.rfind(") ");
-        return name_end != std::string::npos && stat[name_end + 2] != 'Z'; // a zombie waits for its parent only
+        return name_end != std::string::npos &&
+               stat[name_end + 2] != 'Z'; // a zombie waits for its parent only
     }
     /// Ticks that a replay of the record verifies, -1 if one differs.
     int verified() {
@@ -38,17 +39,17 @@ class Failure : public calot_test::ProgramTest {
 
 TEST_F(Failure, a_crash_names_plugin_function_and_tick_and_where_the_record_is) {
     expect_named("org.calot.test.rod-crash",
-                 {"crashed (Segmentation fault) in step", (scratch / "case").string()});
+                 {"crashed (Segmentation fault) in rod.step", (scratch / "case").string()});
     EXPECT_TRUE(fs::exists(scratch / "case/case.calot"));
 }
 
 TEST_F(Failure, an_overflow_of_the_stack_does_too) {
-    expect_named("org.calot.test.rod-overflow", {"crashed (Segmentation fault) in step"});
+    expect_named("org.calot.test.rod-overflow", {"crashed (Segmentation fault) in rod.step"});
 }
 
 TEST_F(Failure, a_hang_is_ended_after_a_second) {
     const auto begin = std::chrono::steady_clock::now();
-    expect_named("org.calot.test.rod-hang", {"hung and was ended in step"});
+    expect_named("org.calot.test.rod-hang", {"hung and was ended in rod.step"});
     const auto took = std::chrono::steady_clock::now() - begin;
     EXPECT_GT(took, std::chrono::seconds(1));
     EXPECT_LT(took, std::chrono::seconds(20));
@@ -64,9 +65,9 @@ TEST_F(Failure, what_is_not_finite_or_an_error_ends_the_case_with_its_metrics) {
 TEST_F(Failure, with_json_is_an_object_too) {
     const Result result = calot(run_test_case({"--rod", "org.calot.test.rod-crash", "--json"}));
     EXPECT_EQ(result.exit_code, 3) << result.err;
-    EXPECT_NE(
-        result.out.find("\"plugin\": \"org.calot.test.rod-crash\", \"function\": \"step\", \"tick\": 500"),
-        std::string::npos)
+    EXPECT_NE(result.out.find(
+                  "\"plugin\": \"org.calot.test.rod-crash\", \"function\": \"rod.step\", \"tick\": 500"),
+              std::string::npos)
         << result.out;
 }
 

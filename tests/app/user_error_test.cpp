@@ -68,7 +68,7 @@ TEST_F(UserError, unknown_procedure_rod_device_task_pose_and_anatomy) {
            {"org.example.none: no procedure has this id; ", "calot why org.example.none"});
     expect(run_test_case({"--rod", "org.calot.test.device"}), {"is a device, a rod is needed; "});
     expect(run_test_case({"--device", "org.example.none"}), {"no device has this id"});
-    expect(run_test_case({"--until", "dance"}), {"--until: ", "\"dance\"", "push"});
+    expect(run_test_case({"--until", "dance"}), {"--until: ", "dance", "push"});
     expect(run_test_case({"--pose", "upside-down"}), {"upside-down"});
     expect(run_test_case({"--anatomy", "martian"}), {"martian"});
 }
