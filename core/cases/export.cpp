@@ -131,7 +131,7 @@ std::vector<Column> columns(const CaseHeader& h, const simulation::Outcome& outc
         {"seed", std::to_string(h.seed), "", "Seed of start pose and operator's noise."},
         {"completed", outcome.is_completed ? "1" : "0", "",
          "1: every required task (or the one asked for) completed."},
-        {"duration", number(static_cast<double>(outcome.ticks) * 1e-3), "s",
+        {"duration", number(static_cast<double>(outcome.ticks) / 1000), "s",
          "Simulated time of the whole case."},
     };
     for (const simulation::TaskState& task : outcome.tasks) {
@@ -152,7 +152,7 @@ std::vector<Column> columns(const CaseHeader& h, const simulation::Outcome& outc
                 {column_of("", m.id), value(m.id), m.unit, m.title + ". " + m.definition, "", m.title});
     all.push_back({"penetration_max", number(outcome.penetration.deepest), "m",
                    "Deepest overlap of shaft and organs: a measure of the simulation, not of the operator."});
-    all.push_back({"penetration_time", number(static_cast<double>(outcome.penetration.ticks_over_1mm) * 1e-3),
+    all.push_back({"penetration_time", number(static_cast<double>(outcome.penetration.ticks_over_1mm) / 1000),
                    "s", "Time with an overlap of more than 1 mm: a measure of the simulation."});
     return all;
 }
@@ -179,7 +179,7 @@ std::string to_json(const CaseHeader& header, const simulation::Outcome& outcome
            ", \"seed\": " + std::to_string(header.seed) +
            ", \"completed\": " + (outcome.is_completed ? "true" : "false") +
            ", \"end\": " + json(name_of(outcome.end)) +
-           ", \"seconds\": " + json(static_cast<double>(outcome.ticks) * 1e-3) + ", \"tasks\": [";
+           ", \"seconds\": " + json(static_cast<double>(outcome.ticks) / 1000) + ", \"tasks\": [";
     const char* comma = "";
     for (const simulation::TaskState& t : outcome.tasks) {
         out += comma;
@@ -197,9 +197,10 @@ std::string to_json(const CaseHeader& header, const simulation::Outcome& outcome
     }
     out += "}, \"late_ticks\": " + std::to_string(outcome.late.late) +
            ", \"slipped_ticks\": " + std::to_string(outcome.late.slipped) +
+           ", \"real_time_scheduling\": " + (outcome.late.is_first ? "true" : "false") +
            ", \"real_time_factor\": " + json(outcome.real_time_factor) +
            ", \"penetration\": {\"deepest\": " + json(outcome.penetration.deepest) +
-           ", \"seconds_over_1mm\": " + json(static_cast<double>(outcome.penetration.ticks_over_1mm) * 1e-3) +
+           ", \"seconds_over_1mm\": " + json(static_cast<double>(outcome.penetration.ticks_over_1mm) / 1000) +
            "}, \"files\": [";
     comma = "";
     for (const std::filesystem::path& file : files) {

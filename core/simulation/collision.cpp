@@ -1,5 +1,7 @@
 #include "simulation/collision.hpp"
 
+#include "simulation/pacer.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -117,6 +119,10 @@ Collision::~Collision() {
     impl_->asked.fetch_add(1, std::memory_order_release);
     impl_->asked.notify_one();
     impl_->worker.join();
+}
+
+void Collision::schedule_first() {
+    if (impl_->worker.joinable()) simulation::schedule_first(impl_->worker.native_handle());
 }
 
 void Collision::begin(std::span<const double> position, std::size_t first_segment) {

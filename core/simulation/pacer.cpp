@@ -12,6 +12,12 @@ constexpr auto tick = 1ms;
 
 } // namespace
 
+bool schedule_first(pthread_t thread) {
+    sched_param parameters{};
+    parameters.sched_priority = 10; // above ordinary threads, below those of the system's own drivers (50)
+    return pthread_setschedparam(thread, SCHED_FIFO, &parameters) == 0;
+}
+
 void Pacer::wait() {
     if (!is_realtime_) return;
     // A tick may begin when the one before it was due to end.

@@ -5,8 +5,13 @@
 #include "simulation/snapshot.hpp"
 
 #include <chrono>
+#include <pthread.h>
 
 namespace calot::simulation {
+
+/// Asks the system to run this thread before all ordinary ones (SCHED_FIFO); false where it does not allow
+/// that.
+bool schedule_first(pthread_t thread);
 
 class Pacer {
   public:

@@ -47,6 +47,9 @@ class Shaft {
     /// How far the hand has slid over the shaft since the last call, because the coupling was at its limit.
     std::array<double, 2> take_slip();
 
+    /// Asks for real-time scheduling of what runs beside the steps.
+    void schedule_first() { collision_.schedule_first(); }
+
     /// The present state into a snapshot, without a step.
     void show(Snapshot& snapshot) const;
     const Endoscope& endoscope() const { return endoscope_; }

@@ -376,6 +376,10 @@ Outcome Simulation::run(const RunOptions& options) {
             o->ended(s.now);
         }
     };
+    if (options.speed == Speed::realtime && schedule_first(pthread_self())) {
+        s.now.late.is_first = true;
+        s.shaft.schedule_first();
+    }
     Pacer pacer(options.speed == Speed::realtime);
     double wall_seconds = 0;
     auto resumed = std::chrono::steady_clock::now();

@@ -57,7 +57,7 @@ struct TaskState {
     bool is_begun = false, is_completed = false;
     std::int64_t begin_tick = -1, end_tick = -1;
     double seconds() const {
-        return end_tick < 0 || begin_tick < 0 ? 0 : static_cast<double>(end_tick - begin_tick) * 1e-3;
+        return end_tick < 0 || begin_tick < 0 ? 0 : static_cast<double>(end_tick - begin_tick) / 1000;
     }
 };
 

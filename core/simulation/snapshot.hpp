@@ -73,6 +73,7 @@ struct Penetration {
 };
 
 struct LateTicks {
+    bool is_first = false;     // real-time scheduling was allowed
     std::int64_t late = 0;     // ended more than 1 ms after they were due
     std::int64_t slipped = 0;  // ticks by which simulated time fell behind for good
     std::int64_t worst_us = 0; // microseconds late, at worst
@@ -116,7 +117,7 @@ struct Snapshot {
     LateTicks late;
     TickCost cost;
 
-    double seconds() const { return static_cast<double>(tick) * 1e-3; }
+    double seconds() const { return static_cast<double>(tick) / 1000; }
     std::span<const calot_contact_report> contacts() const { return {contact.data(), contact_count}; }
 };
 
