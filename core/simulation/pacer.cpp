@@ -15,7 +15,12 @@ constexpr auto tick = 1ms;
 bool schedule_first(pthread_t thread) {
     sched_param parameters{};
     parameters.sched_priority = 10; // above ordinary threads, below those of the system's own drivers (50)
-    return pthread_setschedparam(thread, SCHED_FIFO, &parameters) == 0;
+    return pthread_setschedparam(thread, SCHED_FIFO | SCHED_RESET_ON_FORK, &parameters) == 0;
+}
+
+void schedule_ordinarily(pthread_t thread) {
+    const sched_param parameters{};
+    pthread_setschedparam(thread, SCHED_OTHER, &parameters);
 }
 
 void Pacer::wait() {

@@ -13,6 +13,8 @@ namespace calot::simulation {
 /// that.
 bool schedule_first(pthread_t thread);
 
+void schedule_ordinarily(pthread_t thread);
+
 class Pacer {
   public:
     static constexpr int most_caught_up = 5; // ticks

@@ -376,8 +376,15 @@ Outcome Simulation::run(const RunOptions& options) {
             o->ended(s.now);
         }
     };
+    // What the caller does after the run is ordinary again.
+    struct FirstPlace {
+        bool is_held = false;
+        ~FirstPlace() {
+            if (is_held) schedule_ordinarily(pthread_self());
+        }
+    } place;
     if (options.speed == Speed::realtime && schedule_first(pthread_self())) {
-        s.now.late.is_first = true;
+        place.is_held = s.now.late.is_first = true;
         s.shaft.schedule_first();
     }
     Pacer pacer(options.speed == Speed::realtime);
