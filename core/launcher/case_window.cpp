@@ -23,6 +23,12 @@ rendering::RendererSettings sized(rendering::RendererSettings s, const rendering
     return s;
 }
 
+// Without a minus before what rounds to nothing.
+double shown(double value, int digits) {
+    const double unit = std::pow(10.0, digits);
+    return std::round(value * unit) / unit + 0.0;
+}
+
 bool centred_panel(const char* name, float width) {
     const ImGuiIO& io = ImGui::GetIO();
     ImGui::SetNextWindowPos(ImVec2(io.DisplaySize.x / 2, io.DisplaySize.y / 2), ImGuiCond_Always,
@@ -50,7 +56,7 @@ std::vector<std::string> status_lines(const CaseStatus& s) {
     const auto whole = static_cast<long>(std::max(0.0, s.seconds));
     char text[256];
     std::snprintf(text, sizeof text, "%02ld:%02ld   push %.1f N   turn %.2f N m   tissue %.1f N", whole / 60,
-                  whole % 60, s.push_force, s.turn_torque, s.tissue_force);
+                  whole % 60, shown(s.push_force, 1), shown(s.turn_torque, 2), shown(s.tissue_force, 1));
     std::string second = text;
     if (s.slipped_ticks > 0) {
         std::snprintf(text, sizeof text, "   SLOWER THAN REAL TIME by %.1f s",
@@ -148,9 +154,11 @@ void CaseWindow::draw_panels(rendering::Overlay& overlay, const CaseStatus& stat
     const ImGuiIO& io = ImGui::GetIO();
     ImDrawList* behind = ImGui::GetBackgroundDrawList();
     const float line = static_cast<float>(overlay.line_height());
-    behind->AddText(overlay.body(), overlay.body()->FontSize * 0.85f,
-                    ImVec2(io.DisplaySize.x / 80, io.DisplaySize.y - line), IM_COL32(150, 164, 176, 220),
-                    "F1 help    F2 external view    F3 walls    Esc pause    F11 full screen");
+    const char* keys = "F1 help    F2 external view    F3 walls    Esc pause    F11 full screen";
+    const ImVec2 at(io.DisplaySize.x / 80, io.DisplaySize.y - line);
+    behind->AddText(overlay.body(), overlay.body()->FontSize * 0.85f, ImVec2(at.x + 1.5f, at.y + 1.5f),
+                    IM_COL32(0, 0, 0, 230), keys);
+    behind->AddText(overlay.body(), overlay.body()->FontSize * 0.85f, at, IM_COL32(190, 202, 212, 240), keys);
     ImGui::PushFont(overlay.body());
     if (status.is_paused && !show_help_) {
         if (centred_panel("pause", 420)) {

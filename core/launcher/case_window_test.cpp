@@ -34,6 +34,8 @@ class CaseWindowTest : public testing::Test {
         for (const auto& s : scene_.surfaces)
             window_->renderer().add(s);
         status_.task = "Navigation";
+        status_.message =
+            "Find the red ring on the anterior wall of the stomach and pass through it into the abdomen.";
         show(); // also takes in the events of the window's opening
         events_.clear();
     }
@@ -148,9 +150,11 @@ TEST(StatusLines, time_that_slips_is_never_hidden) {
     s.seconds = 75.4;
     s.task = "Navigation";
     s.slipped_ticks = 2500;
+    s.push_force = -0.01;
     const auto lines = status_lines(s);
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_EQ(lines[0], "Navigation");
+    EXPECT_NE(lines[1].find("push 0.0 N"), std::string::npos) << lines[1];
     EXPECT_NE(lines[1].find("01:15"), std::string::npos) << lines[1];
     EXPECT_NE(lines[1].find("SLOWER THAN REAL TIME by 2.5 s"), std::string::npos) << lines[1];
 }

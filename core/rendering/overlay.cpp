@@ -78,8 +78,11 @@ void Overlay::text_lines(double x, double y, double width, double size,
     bool first = true;
     for (const std::string& line : lines) {
         ImFont* font = first ? large_ : body_;
-        const float pixels = std::max(9.0f, font->FontSize * static_cast<float>(size));
         const auto wrap = static_cast<float>(std::max(width, 40.0));
+        float pixels = std::max(9.0f, font->FontSize * static_cast<float>(size));
+        // A long line is set smaller before it is broken.
+        const float whole = font->CalcTextSizeA(pixels, 1e6f, 0, line.data(), line.data() + line.size()).x;
+        if (whole > wrap) pixels *= std::max(wrap / whole * 0.99f, 0.62f);
         const ImVec2 at(static_cast<float>(x), static_cast<float>(y));
         const char* end = line.data() + line.size();
         list->AddText(font, pixels, ImVec2(at.x + 1.5f, at.y + 1.5f), IM_COL32(0, 0, 0, 200), line.data(),
