@@ -43,7 +43,8 @@ bool shows(const simulation::Organ& organ, const char* prefix) {
 // seen.
 rendering::Style style_of(const simulation::Organ& organ) {
     if (shows(organ, "skin") || shows(organ, "peritoneum")) return rendering::Style::Outline;
-    return shows(organ, "mucosa") ? rendering::Style::Translucent : rendering::Style::Solid;
+    return shows(organ, "mucosa") || shows(organ, "ligament") ? rendering::Style::Translucent
+                                                              : rendering::Style::Solid;
 }
 
 } // namespace

@@ -58,7 +58,7 @@ Style style_of(const toml::table& organ, const Options& options) {
     if (has_look(organ, "skin")) return Style::Outline; // the body's wall
     if (options.style == "solid") return Style::Solid;
     if (options.style == "cut") return Style::Cut;
-    return has_look(organ, "mucosa") ? Style::Translucent : Style::Solid;
+    return has_look(organ, "mucosa") || has_look(organ, "ligament") ? Style::Translucent : Style::Solid;
 }
 
 void add_organs(const toml::table& anatomy, const Options& options, Renderer& renderer, FrameState& frame,
