@@ -36,10 +36,10 @@ Process::Process(const std::vector<std::string>& arguments,
     : out_(scratch / "stdout"), err_(scratch / "stderr") {
     pid_ = fork();
     if (pid_ != 0) return;
-    for (const auto& [name, value] : environment)
-        setenv(name.c_str(), value.c_str(), 1);
     unsetenv("DISPLAY");
     unsetenv("WAYLAND_DISPLAY");
+    for (const auto& [name, value] : environment)
+        setenv(name.c_str(), value.c_str(), 1);
     dup2(open(out_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 1);
     dup2(open(err_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), 2);
     const std::string program = CALOT_BINARY_DIR "/bin/calot";
