@@ -38,9 +38,9 @@ class Collision {
     /// Asks for real-time scheduling of the worker, if there is one.
     void schedule_first();
 
-    /// Begins the query of these nodes (3N interleaved, copied). `first_segment`: those before it lie in the
-    /// guide. After the result of the one before was fetched with finish().
-    void begin(std::span<const double> position, std::size_t first_segment);
+    /// Begins the query of these nodes (3N interleaved, m and m/s; copied). `first_segment`: those before it
+    /// lie in the guide. After the result of the one before was fetched with finish().
+    void begin(std::span<const double> position, std::span<const double> velocity, std::size_t first_segment);
     /// Waits for it. Valid until the begin() after the next.
     const ContactList& finish();
 

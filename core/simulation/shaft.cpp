@@ -49,7 +49,7 @@ Shaft::Shaft(const Plugin& plugin, const World& world, std::uint32_t nodes, std:
         cost_ = extension<calot_cost>(plugin_, CALOT_EXTENSION_COST);
         if (cost_ != nullptr) cost_->enable(plugin_.instance->self, 1);
     }
-    collision_.begin(position_, first_segment());
+    collision_.begin(position_, velocity_, first_segment());
     for (std::int64_t tick = -settling_ticks; tick < 0; ++tick)
         advance(tick, origin_, world.scene.gravity);
     slip_ = {};
@@ -107,7 +107,7 @@ std::size_t Shaft::first_segment() const {
 void Shaft::advance(std::int64_t tick, const std::array<double, 2>& target,
                     const std::array<double, 3>& gravity) {
     contacts_ = &collision_.finish();
-    collision_.begin(position_, first_segment());
+    collision_.begin(position_, velocity_, first_segment());
 
     calot_rod_input in{};
     in.struct_size = sizeof in;
