@@ -142,6 +142,10 @@ void CaseParts::describe(const CaseOptions& options, const cases::Journal* repla
         header.hashes["mesh/" + organ.id] = organ.mesh_hash;
     for (const host::Instance* instance : {&procedure, &rod, &device})
         if (*instance) header.hashes["plugin/" + instance->id()] = instance->library_hash();
+    if (replay != nullptr) { // its controls stand for the device, which is not loaded
+        const auto recorded = replay->header.hashes.find("plugin/" + header.device);
+        if (recorded != replay->header.hashes.end()) header.hashes.insert(*recorded);
+    }
 }
 
 simulation::Setup CaseParts::setup(const CaseOptions& options, simulation::ControlSource* controls) {

@@ -64,6 +64,7 @@ TEST_F(Run, can_be_verified_by_its_replay) {
     const Result result = calot({"replay", (scratch / "case").string(), "--verify"});
     EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
     EXPECT_NE(result.out.find("give the same bits"), std::string::npos) << result.out;
+    EXPECT_EQ(result.messages().size(), 0u) << "nothing has changed since: " << result.err;
 }
 
 TEST_F(Run, writes_into_no_folder_that_exists) {
