@@ -2,6 +2,7 @@
 
 #include "host/error.hpp"
 #include "rendering/egl_context.hpp"
+#include "rendering/gl_objects.hpp"
 #include "rendering/orbit_camera.hpp"
 #include "rendering/video_writer.hpp"
 
@@ -15,13 +16,9 @@
 namespace calot::app {
 namespace {
 
-constexpr int width = 1280, height = 720, rate = 30;
-constexpr std::size_t places = 4; // snapshots that wait to be drawn
-
-// The tick at which picture n is taken: 30 pictures are 1000 ticks.
-std::int64_t tick_of(std::int64_t picture) {
-    return picture * 1000 / rate;
-}
+constexpr int width = 1280, height = 720;
+constexpr int rate_with_gpu = 30, rate_without = 15; // pictures a simulated second
+constexpr std::size_t places = 4;                    // snapshots that wait to be drawn
 
 } // namespace
 
@@ -29,6 +26,7 @@ struct VideoRecorder::Impl {
     std::filesystem::path file;
     CasePicture picture;
     bool may_wait;
+    int rate = rate_with_gpu; // settled before is_ready
 
     std::mutex mutex;
     std::condition_variable changed;
@@ -48,6 +46,7 @@ struct VideoRecorder::Impl {
     void draw_all() {
         try {
             const rendering::EglContext context;
+            if (rendering::draws_on_processor()) rate = rate_without;
             rendering::RendererSettings settings = picture.settings(width, height);
             settings.text_scale = 0.8; // three lines fit below the endoscope's picture
             rendering::Renderer renderer(settings);
@@ -136,7 +135,7 @@ void VideoRecorder::began(const simulation::Snapshot& snapshot) {
 }
 
 void VideoRecorder::ticked(const simulation::Snapshot& snapshot) {
-    if (snapshot.tick < tick_of(impl_->next_picture)) return;
+    if (snapshot.tick < impl_->next_picture * 1000 / impl_->rate) return;
     ++impl_->next_picture;
     impl_->take(snapshot);
 }

@@ -8,9 +8,9 @@
 
 namespace calot::app {
 
-/// Draws both views at 30 pictures a simulated second into a video, on a thread of its own. A run as fast as
-/// possible waits for it, so that no picture is missing; a run in real time never does: then the pictures
-/// that it could not draw are counted.
+/// Draws both views at 30 pictures a simulated second (15 without a GPU) into a video, on a thread of its
+/// own. A run as fast as possible waits for it, so that no picture is missing; a run in real time never does:
+/// then the pictures that it could not draw are counted.
 class VideoRecorder : public simulation::Observer {
   public:
     /// Throws host::UserError when the file or the picture can't be made. [main]
