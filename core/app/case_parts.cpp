@@ -42,7 +42,8 @@ std::string scene_text(const simulation::Plugin& procedure) {
                               to.append(reinterpret_cast<const char*>(bytes.data), bytes.size);
                               return CALOT_OK;
                           }};
-    simulation::call(procedure, "procedure.scene", simulation::functions<calot_procedure>(procedure).scene, &sink);
+    simulation::call(procedure, "procedure.scene", simulation::functions<calot_procedure>(procedure).scene,
+                     &sink);
     return all;
 }
 
