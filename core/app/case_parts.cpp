@@ -78,6 +78,7 @@ CaseParts::CaseParts(const CaseOptions& options, const cases::Journal* replay)
     simulation::WorldOptions world_options;
     world_options.assets = find_assets();
     world_options.anatomy = options.anatomy;
+    world_options.meshes = {options.meshes.begin(), options.meshes.end()};
     world_options.endoscope = options.endoscope;
     world = simulation::load_world(scene, world_options);
     describe(options, replay);
@@ -137,6 +138,8 @@ void CaseParts::describe(const CaseOptions& options, const cases::Journal* repla
     header.threads = options.threads;
     if (replay != nullptr) header.nodes = replay->header.nodes;
     header.options["skill"] = options.skill;
+    for (const auto& [organ, file] : options.meshes)
+        header.options["mesh/" + organ] = file;
     header.hashes["scene"] = world->scene_hash;
     header.hashes["endoscope"] = meshio::sha256_file(world->endoscope.file);
     for (const simulation::Organ& organ : world->anatomy.organs)

@@ -7,9 +7,11 @@
 #include <CLI/CLI.hpp>
 
 #include <algorithm>
+#include <filesystem>
 #include <limits>
 #include <memory>
 #include <thread>
+#include <vector>
 
 namespace calot::app {
 namespace {
@@ -20,12 +22,21 @@ unsigned default_threads() {
 
 struct Options {
     CaseOptions wanted;
+    std::vector<std::string> anatomy; // NAME or ORGAN=FILE
     std::string speed;
     std::string record; // of a replay
 };
 
 int run(const Options& given) {
     CaseOptions options = given.wanted;
+    for (const std::string& entry : given.anatomy) {
+        const std::size_t equals = entry.find('=');
+        if (equals == std::string::npos)
+            options.anatomy = entry;
+        else // absolute, so that a replay finds it from another folder
+            options.meshes[entry.substr(0, equals)] =
+                std::filesystem::absolute(entry.substr(equals + 1)).string();
+    }
     if (!given.speed.empty())
         options.is_realtime = given.speed == "realtime";
     else
@@ -51,6 +62,8 @@ int replay(const Options& given) {
             options.seed = header.seed;
             const auto skill = header.options.find("skill");
             if (skill != header.options.end()) options.skill = skill->second;
+            for (const auto& [key, value] : header.options)
+                if (key.starts_with("mesh/")) options.meshes[key.substr(5)] = value;
             options.is_headless = options.is_headless || options.verify || !options.video.empty();
             options.is_realtime = !options.is_headless;
             return run_case(options, &journal, shared);
@@ -88,9 +101,11 @@ void add_run(CLI::App& app, Action& action) {
                      "an endoscope's datasheet; the procedure's unless given")
         ->type_name("FILE");
     command
-        ->add_option("--anatomy", o->wanted.anatomy,
-                     "name of an anatomy in assets; the procedure's unless given")
-        ->type_name("NAME");
+        ->add_option(
+            "--anatomy", o->anatomy,
+            "an anatomy in assets, the procedure's unless given; or the mesh of one organ (GLB, OBJ, STL, "
+            "PLY); may be given several times")
+        ->type_name("NAME|ORGAN=FILE");
     command->add_option("--pose", o->wanted.start, "one of the scene's start poses")->capture_default_str();
     command->add_option("--until", o->wanted.until, "end, and succeed, when this task is completed")
         ->type_name("TASK");

@@ -126,7 +126,8 @@ const Landmark* Anatomy::find(std::string_view id) const {
     return nullptr;
 }
 
-Anatomy load_anatomy(const std::filesystem::path& path, const std::vector<std::string>& organs) {
+Anatomy load_anatomy(const std::filesystem::path& path, const std::vector<std::string>& organs,
+                     const MeshFiles& meshes) {
     const std::string file = path.string();
     const toml::table root = parse_toml(read_text(path), file);
     TomlReader reader(file, "", root);
@@ -163,6 +164,14 @@ Anatomy load_anatomy(const std::filesystem::path& path, const std::vector<std::s
         }
     }
     if (anatomy.organs.empty()) reader.refuse("organ", "is missing; an anatomy needs one at least");
+    for (const auto& [id, mesh] : meshes) {
+        const auto organ = std::find_if(anatomy.organs.begin(), anatomy.organs.end(),
+                                        [&](const Organ& o) { return o.id == id; });
+        if (organ == anatomy.organs.end())
+            throw host::UserError("--anatomy", id,
+                                  "is no organ of " + file + "; name one of its [[organ]] ids");
+        organ->mesh_file = mesh;
+    }
     for (Organ& organ : anatomy.organs)
         read_surface(organ);
     return anatomy;
@@ -176,7 +185,8 @@ std::shared_ptr<const World> load_world(const SceneDescription& scene, const Wor
     world->endoscope =
         read_endoscope(options.endoscope.empty() ? options.assets / "endoscopes" / (scene.endoscope + ".toml")
                                                  : options.endoscope);
-    world->anatomy = load_anatomy(options.assets / "anatomy" / name / "anatomy.toml", scene.organs);
+    world->anatomy =
+        load_anatomy(options.assets / "anatomy" / name / "anatomy.toml", scene.organs, options.meshes);
 
     const auto need = [&](const std::string& field, const std::string& id, bool is_path) {
         const Landmark* landmark = world->anatomy.find(id);

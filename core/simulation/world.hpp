@@ -46,9 +46,12 @@ struct Anatomy {
     const Landmark* find(std::string_view id) const;
 };
 
+using MeshFiles = std::map<std::string, std::filesystem::path>;
+
 struct WorldOptions {
     std::filesystem::path assets{};    // folder with anatomy/ and endoscopes/
     std::string anatomy{};             // overrides the scene's
+    MeshFiles meshes{};                // an organ's mesh by its id, in place of the anatomy's
     std::filesystem::path endoscope{}; // a datasheet's file; overrides the scene's
 };
 
@@ -63,7 +66,9 @@ struct World {
 /// Reads anatomy, meshes and datasheet. Throws host::UserError, one line: "FILE: FIELD: what; remedy".
 std::shared_ptr<const World> load_world(const SceneDescription& scene, const WorldOptions& options);
 
-/// Reads assets/anatomy/<name>/anatomy.toml; `organs` empty: all of them. Same errors.
-Anatomy load_anatomy(const std::filesystem::path& file, const std::vector<std::string>& organs = {});
+/// Reads assets/anatomy/<name>/anatomy.toml; `organs` empty: all of them. `meshes` stand in for the files
+/// that it names. Same errors.
+Anatomy load_anatomy(const std::filesystem::path& file, const std::vector<std::string>& organs = {},
+                     const MeshFiles& meshes = {});
 
 } // namespace calot::simulation

@@ -46,6 +46,14 @@ TEST_F(UserError, truncated_mesh) {
     expect(run_test_case(), {mesh.string() + ": "});
 }
 
+TEST_F(UserError, truncated_mesh_in_place_of_an_organs) {
+    const fs::path mesh = scratch / "mine.obj";
+    fs::copy_file(scratch / "assets/anatomy/reference/stone.obj", mesh);
+    fs::resize_file(mesh, fs::file_size(mesh) - 9);
+    expect(run_test_case({"--anatomy", "stone=" + mesh.string()}), {mesh.string() + ": "});
+    expect(run_test_case({"--anatomy", "kidney=" + mesh.string()}), {"--anatomy: kidney: is no organ of "});
+}
+
 TEST_F(UserError, datasheet_with_a_negative_stiffness) {
     const fs::path file = datasheet();
     rewrite(file, "flexural_rigidity = 0.033", "flexural_rigidity = -0.033");
