@@ -71,3 +71,13 @@ function(calot_add_fuzzer NAME)
   target_link_options(${NAME}_fuzzer PRIVATE -fsanitize=fuzzer)
   add_dependencies(calot_fuzzers ${NAME}_fuzzer)
 endfunction()
+
+# calot_add_subfolders(): every folder beside this CMakeLists.txt that has one of its own.
+function(calot_add_subfolders)
+  file(GLOB folders LIST_DIRECTORIES true RELATIVE "${CMAKE_CURRENT_SOURCE_DIR}" CONFIGURE_DEPENDS "*")
+  foreach(folder IN LISTS folders)
+    if(EXISTS "${CMAKE_CURRENT_SOURCE_DIR}/${folder}/CMakeLists.txt")
+      add_subdirectory(${folder})
+    endif()
+  endforeach()
+endfunction()
