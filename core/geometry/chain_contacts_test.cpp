@@ -359,7 +359,8 @@ TEST(ChainContacts, a_segment_pressed_past_a_sharp_edge_is_pushed_back_over_it) 
         const Vec3 middle = height * out + Vec3{0, 0.0123, 0};
         const Line line({middle - 5e-3 * along, middle + 5e-3 * along});
         const auto found = query.find(scene, line.chain(), margin);
-        const auto at_edge = std::ranges::find_if(found, [](const Contact& c) { return c.t > 0.0 && c.t < 1.0; });
+        const auto at_edge =
+            std::ranges::find_if(found, [](const Contact& c) { return c.t > 0.0 && c.t < 1.0; });
         ASSERT_NE(at_edge, found.end()) << "tick " << tick;
         ASSERT_NEAR(at_edge->gap, height - radius, 1e-9) << "tick " << tick;
         ASSERT_GT(dot(at_edge->normal, out), 0.999) << "tick " << tick;
