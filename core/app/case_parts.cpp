@@ -132,7 +132,7 @@ void CaseParts::describe(const CaseOptions& options, const cases::Journal* repla
     header.operator_code = options.operator_code;
     header.start = options.start;
     header.until = options.until;
-    header.anatomy = options.anatomy;
+    header.anatomy = world->anatomy.name;
     header.endoscope = options.endoscope;
     header.seed = options.seed;
     header.threads = options.threads;

@@ -100,7 +100,8 @@ std::vector<Row> rod_costs(const MakeInstance& make, const RodOptions& o, double
         Cost cost = measure(rod, in_tube ? &lumen : nullptr, steps);
         const std::string label = in_tube ? setting("contacts", cost.contacts) : "free";
         for (const auto& [name, value] : cost.parts) {
-            Row row = plain_row(name.c_str(), o, uniform, "us_per_simulated_ms", value, label);
+            const std::string problem = in_tube ? name : name + "-free";
+            Row row = plain_row(problem.c_str(), o, uniform, "us_per_simulated_ms", value, label);
             row.error = value;
             if (name == "rod" && budget > 0) row.bound = budget;
             rows.push_back(row);
