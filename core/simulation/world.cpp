@@ -164,13 +164,13 @@ Anatomy load_anatomy(const std::filesystem::path& path, const std::vector<std::s
         }
     }
     if (anatomy.organs.empty()) reader.refuse("organ", "is missing; an anatomy needs one at least");
-    for (const auto& [id, mesh] : meshes) {
+    for (const auto& replaced : meshes) {
         const auto organ = std::find_if(anatomy.organs.begin(), anatomy.organs.end(),
-                                        [&](const Organ& o) { return o.id == id; });
+                                        [&](const Organ& o) { return o.id == replaced.first; });
         if (organ == anatomy.organs.end())
-            throw host::UserError("--anatomy", id,
+            throw host::UserError("--anatomy", replaced.first,
                                   "is no organ of " + file + "; name one of its [[organ]] ids");
-        organ->mesh_file = mesh;
+        organ->mesh_file = replaced.second;
     }
     for (Organ& organ : anatomy.organs)
         read_surface(organ);
