@@ -1,6 +1,7 @@
 #include "app/case_parts.hpp"
 
 #include "host/error.hpp"
+#include "simulation/endoscope_chain.hpp"
 #include "simulation/plugin_call.hpp"
 
 #include <calot/abi/plugin.h>
@@ -79,7 +80,9 @@ CaseParts::CaseParts(const CaseOptions& options, const cases::Journal* replay)
     world_options.assets = find_assets();
     world_options.anatomy = options.anatomy;
     world_options.meshes = {options.meshes.begin(), options.meshes.end()};
-    world_options.endoscope = options.endoscope;
+    if (!options.endoscope.empty())
+        world_options.endoscope =
+            simulation::find_datasheet(find_assets() / "endoscopes", options.endoscope, "--endoscope");
     world = simulation::load_world(scene, world_options);
     describe(options, replay);
 }
@@ -136,7 +139,7 @@ void CaseParts::describe(const CaseOptions& options, const cases::Journal* repla
     header.endoscope = options.endoscope;
     header.seed = options.seed;
     header.threads = options.threads;
-    if (replay != nullptr) header.nodes = replay->header.nodes;
+    header.nodes = replay != nullptr ? replay->header.nodes : simulation::usual_nodes(world->endoscope);
     header.options["skill"] = options.skill;
     for (const auto& [organ, file] : options.meshes)
         header.options["mesh/" + organ] = file;

@@ -102,8 +102,8 @@ rendering::FrameState CasePicture::frame(const simulation::Snapshot& snapshot) c
     frame.surfaces = surfaces_;
     frame.cut = rendering::CutPlane{centre_, {0, -1, 0}};
     frame.shaft.centreline = points(snapshot.position);
-    frame.shaft.radius = world_.endoscope.insertion_tube.outer_radius;
-    frame.shaft.bending_length = world_.endoscope.bending_section.length;
+    frame.shaft.radius = world_.endoscope.outer_radius();
+    frame.shaft.bending_length = world_.endoscope.bending_length();
     for (const simulation::Marker& marker : snapshot.markers.all()) {
         switch (marker.kind) {
         case CALOT_MARKER_PATH: {

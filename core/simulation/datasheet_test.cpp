@@ -1,11 +1,8 @@
 #include "host/error.hpp"
-#include "simulation/endoscope.hpp"
 #include "simulation/endoscope_datasheet.hpp"
 #include "simulation/scene.hpp"
 #include "simulation/toml_reader.hpp"
 #include "simulation/world.hpp"
-
-#include <calot/math.hpp>
 
 #include <gtest/gtest.h>
 
@@ -66,8 +63,9 @@ TEST(Datasheet, the_shipped_endoscope_has_the_figures_of_its_sources) {
     const EndoscopeDatasheet sheet = parse_endoscope(shipped(), "scope.toml");
     EXPECT_EQ(sheet.id, "gif-2t160");
     EXPECT_DOUBLE_EQ(sheet.working_length, 1.03);
-    EXPECT_DOUBLE_EQ(sheet.insertion_tube.length + sheet.bending_section.length, 1.03);
-    EXPECT_DOUBLE_EQ(sheet.insertion_tube.outer_radius, 0.0063);
+    ASSERT_EQ(sheet.segments.size(), 2u);
+    EXPECT_DOUBLE_EQ(sheet.segments[0].length + sheet.bending_length(), 1.03);
+    EXPECT_DOUBLE_EQ(sheet.outer_radius(), 0.0063);
     EXPECT_NEAR(sheet.angulation.up, 210 * std::numbers::pi / 180, 1e-12);
     EXPECT_NEAR(sheet.camera.field_of_view, 140 * std::numbers::pi / 180, 1e-12);
     ASSERT_EQ(sheet.channels.size(), 2u);
@@ -77,8 +75,7 @@ TEST(Datasheet, the_shipped_endoscope_has_the_figures_of_its_sources) {
 TEST(Datasheet, a_negative_stiffness_is_refused_with_file_field_and_bounds) {
     const std::string line =
         datasheet_error(replaced(shipped(), "flexural_rigidity = 0.033", "flexural_rigidity = -0.033"));
-    EXPECT_EQ(line,
-              "scope.toml: insertion_tube.flexural_rigidity: is -0.033; it must lie between 1e-05 and 1");
+    EXPECT_EQ(line, "scope.toml: segment[0].flexural_rigidity: is -0.033; it must lie between 1e-05 and 1");
 }
 
 TEST(Datasheet, an_unknown_key_is_refused_by_name) {
@@ -90,14 +87,13 @@ TEST(Datasheet, an_unknown_key_is_refused_by_name) {
 }
 
 TEST(Datasheet, what_is_missing_not_finite_of_wrong_type_or_no_toml_is_refused) {
-    EXPECT_NE(
-        datasheet_error(replaced(shipped(), "drag = ", "#drag = ")).find("insertion_tube.drag: is missing"),
-        std::string::npos);
+    EXPECT_NE(datasheet_error(replaced(shipped(), "drag = ", "#drag = ")).find("segment[0].drag: is missing"),
+              std::string::npos);
     EXPECT_NE(datasheet_error(replaced(shipped(), "up_degrees = 210", "up_degrees = nan"))
                   .find("angulation.up_degrees"),
               std::string::npos);
     EXPECT_NE(
-        datasheet_error(replaced(shipped(), "format = 1", "format = \"1\"")).find("must be a whole number"),
+        datasheet_error(replaced(shipped(), "format = 2", "format = \"2\"")).find("must be a whole number"),
         std::string::npos);
     EXPECT_NE(datasheet_error("= 3").find("scope.toml: line 1: "), std::string::npos);
     EXPECT_NE(datasheet_error("").find("format: is missing"), std::string::npos);
@@ -159,70 +155,47 @@ TEST(World, a_truncated_mesh_gives_one_line_with_its_file) {
         std::string::npos);
 }
 
-TEST(Endoscope, wheels_bend_the_tip_by_their_angle_up_and_left) {
-    Endoscope scope(parse_endoscope(shipped(), "scope.toml"), 100);
-    EXPECT_NEAR(scope.length(), 1.03, 1e-12);
-    const double wheel[2] = {1.2, -0.5};
-    scope.set_bending(wheel);
-    // Frames that follow the rest curvature: joint by joint, half of each neighbour.
-    const auto rest = scope.rest_darboux();
-    const auto lengths = scope.lengths();
-    Quat q;
-    for (std::size_t i = 1; i < lengths.size(); ++i) {
-        Vec3 turn = 0.5 * (lengths[i - 1] * vec3(&rest[3 * (i - 1)]) + lengths[i] * vec3(&rest[3 * i]));
-        const double angle = norm(turn);
-        q = q * axis_angle(normalized(turn), angle);
+TEST(Datasheet, every_shipped_datasheet_is_read) {
+    int count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(assets / "endoscopes")) {
+        if (entry.path().extension() != ".toml") continue;
+        EXPECT_EQ(read_endoscope(entry.path()).id, entry.path().stem()) << entry.path();
+        ++count;
     }
-    const Vec3 tip = rotate(q, {0, 0, 1});
-    const double total = std::acos(tip.z);
-    EXPECT_NEAR(total, std::hypot(1.2, 0.5), 0.01);
-    EXPECT_GT(tip.y, 0) << "the up wheel bends towards +y";
-    EXPECT_LT(tip.x, 0) << "a wheel to the right bends away from +x, which is left";
+    EXPECT_GE(count, 3);
+    for (const char* name : {"needle", "forceps"})
+        EXPECT_EQ(read_instrument(assets / "instruments" / (std::string(name) + ".toml")).id, name);
 }
 
-TEST(Endoscope, angulation_lags_by_its_backlash_its_speed_and_its_limits) {
-    Endoscope scope(parse_endoscope(shipped(), "scope.toml"), 100);
-    const std::uint32_t free[2] = {0, 0}, held[2] = {1, 1};
-    const double slack = 0.5 * 8 * std::numbers::pi / 180;
-    const auto settle = [&](double up, double left, const std::uint32_t brake[2]) {
-        const double wheel[2] = {up, left};
-        for (int tick = 0; tick < 3000; ++tick)
-            scope.steer(wheel, brake, 1e-3);
-    };
-    settle(1.0, 0, free);
-    EXPECT_NEAR(scope.bending()[0], 1.0 - slack, 1e-9);
-    settle(1.0 - slack, 0, free);
-    EXPECT_NEAR(scope.bending()[0], 1.0 - slack, 1e-9) << "within the backlash nothing moves";
-    settle(0.0, 0, held);
-    EXPECT_NEAR(scope.bending()[0], 1.0 - slack, 1e-9) << "a braked wheel stays";
-    settle(0.0, 0, free);
-    EXPECT_NEAR(scope.bending()[0], slack, 1e-9);
-    settle(100, 0, free);
-    EXPECT_NEAR(scope.bending()[0], 210 * std::numbers::pi / 180 - slack, 1e-9) << "up stops at 210 degrees";
-    const double back[2] = {0, 0};
-    const double before = scope.bending()[0];
-    scope.steer(back, free, 1e-3);
-    EXPECT_NEAR(before - scope.bending()[0], 200 * std::numbers::pi / 180 * 1e-3, 1e-12);
+TEST(Datasheet, segments_in_the_wrong_order_or_of_the_wrong_length_are_refused) {
+    EXPECT_EQ(datasheet_error(replaced(shipped(), "length = 0.94\n", "length = 0.84\n")),
+              "scope.toml: working_length: is 1.03, but the segments' lengths add up to 0.93; correct one of "
+              "them");
+    EXPECT_NE(datasheet_error(replaced(shipped(), "bends = true", "bends = false")).find("segment[1].bends"),
+              std::string::npos);
+    EXPECT_NE(datasheet_error(replaced(shipped(), "name = \"shaft\"", "name = \"shaft\"\nbends = true"))
+                  .find("segment[0].bends: is true; begin with the shaft"),
+              std::string::npos);
 }
 
-TEST(Endoscope, laid_along_a_path_keeps_every_length_and_ends_at_the_insertion) {
-    const Endoscope scope(parse_endoscope(shipped(), "scope.toml"), 100);
-    calot_guide guide{};
-    guide.present = 1;
-    guide.direction[2] = -1;
-    const geometry::Vec3 path[] = {{0, 0, 0}, {0, 0, -0.1}, {0.02, 0, -0.2}, {0.02, -0.05, -0.3}};
-    const auto nodes = scope.laid_along(guide, path, 0.25);
-    const auto frames = scope.frames_along(nodes, 0.3);
-    for (std::size_t i = 0; i + 1 < scope.nodes(); ++i) {
-        const Vec3 piece = vec3(&nodes[3 * i + 3]) - vec3(&nodes[3 * i]);
-        EXPECT_NEAR(norm(piece), scope.lengths()[i], 1e-12);
-        EXPECT_NEAR(norm(rotate(quat(&frames[4 * i]), {0, 0, 1}) - normalized(piece)), 0, 1e-9);
-    }
-    EXPECT_DOUBLE_EQ(nodes[0], 0.0) << "the base lies in the guide";
-    EXPECT_GT(nodes[2], 0.7);
-    const Vec3 up = rotate(quat(frames.data()), {0, 1, 0});
-    EXPECT_NEAR(up.y, -std::cos(0.3), 1e-9) << "turned from anterior by the rotation";
-    EXPECT_THROW(scope.laid_along(guide, path, 0.5), std::invalid_argument);
+TEST(Datasheet, a_figure_without_a_source_is_refused) {
+    EXPECT_EQ(datasheet_error(replaced(shipped(), "flexural_rigidity = \"", "#flexural_rigidity = \"")),
+              "scope.toml: segment[0].source.flexural_rigidity: is missing; say where the figure is from, or "
+              "why it is a guess");
+    EXPECT_EQ(datasheet_error(replaced(shipped(), "[torque.source]", "[torque.source]\ncolour = \"red\"")),
+              "scope.toml: torque.source.colour: names no figure of this table; remove it");
+}
+
+TEST(Datasheet, an_instrument_is_read_as_strictly) {
+    const std::string text = read_text(assets / "instruments" / "needle.toml");
+    EXPECT_EQ(message_of([&] { parse_instrument(replaced(text, "mass_per_length = 0", "weight = 0"), "n"); }),
+              "n: mass_per_length: is missing; add it (docs/scenes.md)");
+    EXPECT_NE(message_of([&] { parse_instrument("colour = 1\n" + text, "n"); }).find("n: colour: "),
+              std::string::npos);
+    EXPECT_EQ(find_datasheet(assets / "instruments", "needle", "--instrument"),
+              assets / "instruments" / "needle.toml");
+    EXPECT_EQ(message_of([&] { find_datasheet(assets / "instruments", "spoon", "--instrument"); }),
+              "--instrument: spoon: is neither a file nor one of forceps, needle");
 }
 
 } // namespace calot::simulation

@@ -19,6 +19,9 @@ constexpr double dt = 1e-3; // s, one tick
 // the wall: EI (1/l)^4 against drag, about 0.1 s.
 constexpr std::int64_t settling_ticks = 500;
 
+// Ticks between two looks at what warmth, twist and instruments make of the shaft.
+constexpr std::int64_t conditioning_period = 50;
+
 calot_reals reals(std::span<const double> values) {
     return {values.data(), values.size()};
 }
@@ -63,7 +66,6 @@ Shaft::~Shaft() {
 }
 
 void Shaft::configure(const Start& start, std::uint64_t seed, std::uint32_t most_contacts) {
-    endoscope_.set_bending(start.wheels.data());
     std::vector<double> nodes;
     try {
         nodes = endoscope_.laid_along(guide_, world_.anatomy.find(start.path)->points, start.insertion);
@@ -72,6 +74,9 @@ void Shaft::configure(const Start& start, std::uint64_t seed, std::uint32_t most
                               std::string(error.what()) + "; start with less inside");
     }
     const std::vector<double> frames = endoscope_.frames_along(nodes, start.rotation);
+    position_ = nodes;
+    endoscope_.start_warm(first_segment()); // what lies in the patient has been there for a while
+    endoscope_.set_bending(start.wheels.data());
     calot_rod_setup setup{};
     setup.struct_size = sizeof setup;
     setup.node_count = endoscope_.nodes();
@@ -171,7 +176,12 @@ std::array<double, 2> Shaft::take_slip() {
 
 void Shaft::step(std::int64_t tick, const std::array<double, 2>& hand, const double wheel[2],
                  const std::uint32_t brake[2], Snapshot& s) {
-    endoscope_.steer(wheel, brake, dt);
+    endoscope_.steer(wheel, brake, frame_, dt);
+    if (tick % conditioning_period == 0 &&
+        endoscope_.condition(first_segment(), frame_, conditioning_period * dt)) {
+        const calot_rod_segments segments = endoscope_.segments();
+        call(plugin_, "rod.set_segments", rod_.set_segments, &segments);
+    }
     // The handle stays outside, and the tip does not leave the patient.
     const double length = endoscope_.length();
     const double asked = std::clamp(origin_[0] + hand[0], -length + 0.01, -0.01);
@@ -214,8 +224,9 @@ void Shaft::show(Snapshot& s) const {
     s.angular_velocity = angular_velocity_;
     s.insertion = endoscope_.length() + out_.insertion;
     s.rotation = start_rotation_ + out_.rotation;
-    s.bending[0] = endoscope_.bending()[0];
-    s.bending[1] = endoscope_.bending()[1];
+    const auto bent = endoscope_.angulation(frame_);
+    s.bending[0] = bent[0];
+    s.bending[1] = bent[1];
     s.bending_energy = out_.bending_energy;
     s.twist_energy = out_.twist_energy;
     s.kinetic_energy = out_.kinetic_energy;
@@ -223,7 +234,7 @@ void Shaft::show(Snapshot& s) const {
     s.camera_twist = endoscope_.camera_twist(velocity_, angular_velocity_);
     s.feedback.insertion_force = out_.insertion_force; // the hand is pushed back as hard as it pushes in
     s.feedback.rotation_torque = out_.rotation_torque;
-    const auto torque = endoscope_.wheel_torque(frame_);
+    const auto torque = endoscope_.wheel_torque();
     s.feedback.wheel_torque[0] = torque[0];
     s.feedback.wheel_torque[1] = torque[1];
 }

@@ -91,7 +91,7 @@ struct Snapshot {
     std::vector<double> angular_velocity; // 3(N-1), rad/s
     double insertion = 0;                 // m: of the shaft beyond the guide's exit
     double rotation = 0;                  // rad: the base's turn about the guide
-    double bending[2] = {};               // rad: angulation up (+) and left (+), after backlash
+    double bending[2] = {};               // rad: the bending section, up (+) and left (+)
     double bending_energy = 0, twist_energy = 0, kinetic_energy = 0; // J
 
     calot_pose camera{}; // at the tip: +z looks forward, +y up, +x left on the screen

@@ -1,4 +1,4 @@
-// libFuzzer: any text as an endoscope's datasheet and as a scene.
+// libFuzzer: any text as an endoscope's or instrument's datasheet and as a scene.
 #include "host/error.hpp"
 #include "simulation/endoscope_datasheet.hpp"
 #include "simulation/scene.hpp"
@@ -11,6 +11,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     try {
         calot::simulation::parse_endoscope(text, "fuzz");
     } catch (const calot::host::UserError&) { // refused in order
+    }
+    try {
+        calot::simulation::parse_instrument(text, "fuzz");
+    } catch (const calot::host::UserError&) {
     }
     try {
         calot::simulation::parse_scene(text, "fuzz");

@@ -58,7 +58,7 @@ TEST_F(UserError, datasheet_with_a_negative_stiffness) {
     const fs::path file = datasheet();
     rewrite(file, "flexural_rigidity = 0.033", "flexural_rigidity = -0.033");
     expect(run_test_case({"--endoscope", file.string()}),
-           {file.string() + ": insertion_tube.flexural_rigidity: ", "; "});
+           {file.string() + ": segment[0].flexural_rigidity: ", "; "});
 }
 
 TEST_F(UserError, datasheet_with_an_unknown_key) {
