@@ -10,10 +10,11 @@ class Plugins;
 
 namespace calot::bench {
 
-/// `calot bench rod [PROBLEM] --model ID [numbers] [--csv]`: `arguments` are those after "bench". Prints the
-/// problem's rows, or without a problem the costs. Returns the exit code: 0 if every bound is met (a cost
-/// over its budget is printed, not failed: machines differ), 1 if one is missed, 2 for bad input, 3 if the
-/// plugin fails. Messages go to `errors`.
+/// `calot bench rod [PROBLEM|all] [--model ID] [numbers] [--csv]`: `arguments` are those after "bench rod".
+/// Prints the problem's rows, of every problem and every model for "all", or without a problem the costs.
+/// What a model's manifest claims is judged, the rest printed. Returns the exit code: 0 if every claim is met
+/// (a cost over its budget is printed, not failed: machines differ), 1 if one is missed, 2 for bad input, 3
+/// if the plugin fails. Messages and progress go to `errors`.
 int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, std::ostream& out,
             std::ostream& errors);
 

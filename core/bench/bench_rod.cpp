@@ -14,6 +14,18 @@ UniformRod UniformRod::of(const RodOptions& o, UniformRod d) {
             o.mass_per_length.value_or(d.mass_per_length)};
 }
 
+UniformRod UniformRod::at_rest(const RodOptions& o, UniformRod d) {
+    UniformRod rod = of(o, d);
+    const double w = rod.lowest_frequency(), sensible = std::clamp(w, 1.0, std::max(1.0, 3 / rod.length));
+    if (!o.mass_per_length)
+        rod.mass_per_length = std::max(1e-6, rod.mass_per_length * std::pow(w / sensible, 2));
+    if (!o.dt) {
+        const double time = 1 / rod.lowest_frequency();
+        rod.dt = std::round(1e9 * std::clamp(0.1 * time, 1e-5, std::clamp(1e-4 * time, 1e-3, 1e-2))) * 1e-9;
+    }
+    return rod;
+}
+
 double UniformRod::lowest_frequency() const {
     return 3.516 * std::sqrt(bending / mass_per_length) / (length * length);
 }
@@ -42,7 +54,7 @@ BenchRod::BenchRod(const MakeInstance& make, Setup setup) : instance_(make()), s
     const auto view = [](const std::vector<double>& v) { return calot_reals{v.data(), v.size()}; };
     const auto mass = each(rod.mass_per_length), radius = each(rod.radius), bending = each(rod.bending);
     const auto torsion = each(rod.torsion), damping = each(setup_.bending_damping),
-               friction = each(setup_.friction);
+               twist_damping = each(setup_.torsion_damping), friction = each(setup_.friction);
     const auto length = each(rod.length / static_cast<double>(m));
     drag_ = each(setup_.drag * rod.mass_per_length);
 
@@ -52,8 +64,8 @@ BenchRod::BenchRod(const MakeInstance& make, Setup setup) : instance_(make()), s
     s.position = view(setup_.position), s.frame = view(setup_.frame),
     s.rest_darboux = view(setup_.rest_darboux);
     s.length = view(length);
-    s.segments = {sizeof s.segments, view(mass),    view(radius),  view(bending), view(bending),
-                  view(torsion),     view(damping), view(damping), view(drag_),   view(friction)};
+    s.segments = {sizeof s.segments, view(mass),    view(radius),        view(bending), view(bending),
+                  view(torsion),     view(damping), view(twist_damping), view(drag_),   view(friction)};
     if (setup_.guide) s.guide = *setup_.guide;
     check(functions().configure(self(), &s, &error_), "rod.configure");
 
@@ -118,13 +130,15 @@ void BenchRod::step(std::span<const calot_contact> contacts) {
     ++input.tick;
 }
 
-void BenchRod::settle(double speed, double longest) {
-    int still = 0;
-    const double end = seconds() + longest;
-    while (still < 20 && seconds() < end) {
+bool BenchRod::settle(double speed, double longest) {
+    const double dt = setup_.rod.dt, quiet = std::max(20 * dt, 0.3 / setup_.rod.lowest_frequency());
+    const double end = seconds() + std::max(longest, 100 * dt);
+    double still = 0;
+    while (still < quiet && seconds() < end) {
         step();
-        still = top_speed() < speed ? still + 1 : 0;
+        still = top_speed() < speed ? still + dt : 0;
     }
+    return still >= quiet;
 }
 
 double BenchRod::top_speed() const {

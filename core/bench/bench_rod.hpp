@@ -38,6 +38,11 @@ struct UniformRod {
     /// `defaults` with what the options give.
     static UniformRod of(const RodOptions& options, UniformRod defaults);
     static UniformRod of(const RodOptions& options) { return of(options, UniformRod{}); }
+    /// For a problem that ends at rest. What it does not depend on, and is not given, is chosen so that it
+    /// comes to rest in a sensible number of steps: mass per length, so that the lowest mode has at least 1
+    /// rad/s, and dt, 1 ms or a tenth of the lowest mode's time.
+    static UniformRod at_rest(const RodOptions& options, UniformRod defaults);
+    static UniformRod at_rest(const RodOptions& options) { return at_rest(options, UniformRod{}); }
     /// Angular frequency of the lowest mode when clamped at one end: 3.516 sqrt(EI / (rhoA L^4)).
     double lowest_frequency() const;
 };
@@ -60,6 +65,7 @@ class BenchRod {
         std::vector<double> rest_darboux; ///< 3(N-1) or empty
         double drag = 0;                  ///< 1/s: external drag over mass
         double bending_damping = 0;       ///< s
+        double torsion_damping = 0;       ///< s
         double friction = 1;              ///< factor of each segment
         std::optional<calot_guide> guide;
         std::uint32_t max_contacts = 0;
@@ -77,8 +83,9 @@ class BenchRod {
     void step(std::span<const calot_contact> contacts = {});
     /// Reads the present state without a step.
     void refresh();
-    /// Steps until nothing moves faster than `speed` (m/s) for 20 steps, at most for `longest` seconds.
-    void settle(double speed, double longest);
+    /// Steps until nothing moves faster than `speed` (m/s) for 20 steps and a third of the lowest mode's
+    /// time, at most for `longest` seconds, though at least a hundred steps. Whether it came to rest.
+    bool settle(double speed, double longest);
 
     int nodes() const { return setup_.rod.nodes; }
     const UniformRod& rod() const { return setup_.rod; }

@@ -46,6 +46,9 @@ TEST(References, agree_with_mattiasson) {
     // The linear beam, P L^3 / 3 EI and w L^4 / 8 EI.
     EXPECT_NEAR(planar_tip(1e-3, 0).drop, 1e-3 / 3, 1e-9);
     EXPECT_NEAR(planar_tip(0, 1e-3).drop, 1e-3 / 8, 1e-9);
+    // A load so great that all bending is near the clamp: delta' = -2 sqrt(alpha) sin(delta / 2), so the rod
+    // reaches sqrt(2 / alpha) forward.
+    EXPECT_NEAR(1 - planar_tip(1e4, 0).shortening, std::sqrt(2.0) * 1e-2, 1e-5);
 }
 
 // Every problem that a rod's manifest claims, at a size that a test can wait for.

@@ -1,19 +1,25 @@
 #include "bench/references.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
 namespace calot::bench {
 
+// In delta = pi/2 - theta, which is what is left to the load's direction: delta'' = (alpha + beta (1 - s))
+// sin delta grows like an exponential from the tip back to the clamp, so its value at the tip is sought on a
+// logarithmic scale. That holds for any load.
 PlanarTip planar_tip(double alpha, double beta) {
-    constexpr int steps = 8000;
+    if (!(alpha + beta > 0)) return {};
+    const int steps = static_cast<int>(std::clamp(80 * std::sqrt(alpha + beta), 8000.0, 400000.0));
     PlanarTip tip;
     const auto slope = [&](double s, const std::array<double, 4>& y) {
-        return std::array{y[1], -(alpha + beta * (1.0 - s)) * std::cos(y[0]), std::cos(y[0]), std::sin(y[0])};
+        return std::array{y[1], (alpha + beta * (1.0 - s)) * std::sin(y[0]), std::sin(y[0]), std::cos(y[0])};
     };
-    const auto clamp_angle = [&](double tip_angle) {
-        std::array<double, 4> y{tip_angle, 0, 0, 0};
+    // By how much the clamp's delta is short of pi/2.
+    const auto miss = [&](double tip_delta) {
+        std::array<double, 4> y{tip_delta, 0, 0, 0};
         const double h = -1.0 / steps;
         for (int i = 0; i < steps; ++i) {
             const double s = 1.0 + i * h;
@@ -24,15 +30,17 @@ PlanarTip planar_tip(double alpha, double beta) {
             const auto k3 = slope(s + h / 2, step(k2, h / 2)), k4 = slope(s + h, step(k3, h));
             for (int c = 0; c < 4; ++c)
                 y[c] += h / 6 * (k1[c] + 2 * k2[c] + 2 * k3[c] + k4[c]);
+            if (y[0] > std::numbers::pi) return -1.0;
         }
-        tip = {-y[3], 1.0 + y[2], tip_angle};
-        return y[0];
+        tip = {-y[3], 1.0 + y[2], std::numbers::pi / 2 - tip_delta};
+        return std::numbers::pi / 2 - y[0];
     };
-    double low = 0.0, high = std::numbers::pi / 2;
-    for (int i = 0; i < 55; ++i) {
+    double low = -700, high = std::log(std::numbers::pi / 2);
+    for (int i = 0; i < 64; ++i) {
         const double middle = 0.5 * (low + high);
-        (clamp_angle(middle) > 0.0 ? high : low) = middle;
+        (miss(std::exp(middle)) < 0.0 ? high : low) = middle;
     }
+    miss(std::exp(low)); // the last that did not run away
     return tip;
 }
 

@@ -11,8 +11,8 @@ struct PlanarTip {
 
 /// Under a dead tip load, alpha = P L^2 / EI, and its own weight, beta = w L^3 / EI: theta'' = -(alpha + beta
 /// (1 - s)) cos theta, theta(0) = 0, theta'(1) = 0, by shooting from the tip (Runge-Kutta of fourth order,
-/// bisection on the tip's angle). Valid for the first branch, loads from 0 to some 50; agrees with Mattiasson
-/// (1981) to his five digits.
+/// bisection). The first branch, any loads from 0 to some 10^5; agrees with Mattiasson (1981) to his five
+/// digits.
 PlanarTip planar_tip(double alpha, double beta);
 
 } // namespace calot::bench

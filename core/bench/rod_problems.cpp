@@ -7,21 +7,87 @@ namespace calot::bench {
 
 namespace {
 
+constexpr Takes nothing{};
+constexpr Takes a_load{.load = true};
+
 constexpr RodProblem problems[] = {
-    {"rest", "no load, straight and curved by nature: does not move", &run_rest},
-    {"cantilever", "clamped, small tip load", &run_cantilever},
-    {"elastica", "clamped, large dead tip load", &run_elastica},
-    {"heavy", "clamped, under its own weight", &run_heavy},
-    {"circle", "end moment 2 pi EI/L closes it", &run_circle},
-    {"twist", "end torque T turns the end by T L/GJ", &run_twist},
-    {"rotate", "the scene turned gives the result turned", &run_rotate},
-    {"energy", "free vibration gains no energy", &run_energy},
-    {"refine", "error falls with the number of nodes", &run_refine},
-    {"buckle", "twisted between clamps, one sliding: critical torque", &run_buckle},
-    {"compress", "pushed into a curved vessel until blocked: does not shorten", &run_compress},
-    {"capstan", "pulled round a cylinder: tension ratio exp(mu phi)", &run_capstan},
-    {"hang-on", "tip pressed into rigid tissue: base carries it", &run_hang_on},
-    {"torque-lag", "turned inside a bent tube: the tip lags, more with friction", &run_torque_lag},
+    {"rest", "no load, straight and curved by nature: does not move", &run_rest, nothing,
+     "A rod clamped at one end, no gravity, no load: straight, and a half circle by nature. After 1,000 "
+     "steps "
+     "drift is how far any node has moved, over the length.",
+     "rest --nodes 40"},
+    {"cantilever", "clamped, small tip load", &run_cantilever, a_load,
+     "Clamped and horizontal, no gravity, a dead load across the tip. --load: N, 0.2 EI/L2 unless given. "
+     "tip_drop over the length, against the elastica under that load (shooting), whatever the load.",
+     "cantilever --load 0.005 --EI 0.03 --length 0.8"},
+    {"elastica", "clamped, large dead tip load", &run_elastica, a_load,
+     "As cantilever, under large loads. --load: N; unless given 1, 2, 5 and 10 EI/L2 (Mattiasson 1981). "
+     "tip_drop and tip_shortening over the length.",
+     "elastica --load 0.1"},
+    {"heavy", "clamped, under its own weight", &run_heavy, a_load,
+     "Clamped and horizontal, bent by its own weight. --load: the whole weight w L, N, 5 EI/L2 unless given; "
+     "with --mass-per-length and no load gravity is 9.81 m/s2. tip_drop and tip_shortening over the length, "
+     "against EI theta'' = -w (L - s) cos theta (shooting).",
+     "heavy --mass-per-length 0.15 --EI 0.2943"},
+    {"circle", "end moment 2 pi EI/L closes it", &run_circle, a_load,
+     "A moment on the free end bends the rod into an arc. --load: N m, 2 pi EI/L unless given. end_gap: the "
+     "distance of the ends over the length, against the chord of the arc.",
+     "circle --EI 0.01 --nodes 60"},
+    {"twist", "end torque T turns the end by T L/GJ", &run_twist, a_load,
+     "A torque on the free end, along the rod. --load: N m, 0.5 GJ/L unless given. tip_angle: rad, against T "
+     "L/GJ.",
+     "twist --GJ 0.5 --load 0.2"},
+    {"rotate",
+     "the scene turned gives the result turned",
+     &run_rotate,
+     {.load = true, .seed = true},
+     "A rod swings under its weight and a moment on its tip, once as it is and once with the whole scene "
+     "turned as --seed says. --load: the moment, N m, 1.5 EI/L unless given. deviation over the length.",
+     "rotate --seed 7"},
+    {"energy", "free vibration gains no energy", &run_energy, a_load,
+     "Bent by a load on the tip and its weight, then the load is let go. --load: N, EI/L2 unless given. "
+     "Total "
+     "energy over the greatest kinetic energy: above its start, and the rise of its maxima from period to "
+     "period; damping_ratio is printed.",
+     "energy --nodes 50"},
+    {"refine", "error falls with the number of nodes", &run_refine, a_load,
+     "heavy and elastica at 25, 50, 100 ... nodes, up to --nodes (from 50 to 400). --load: N, 5 EI/L2 unless "
+     "given. order: slope of log(error) of tip_drop over log(spacing), 2 expected.",
+     "refine --nodes 200"},
+    {"buckle", "twisted between clamps, one sliding: critical torque", &run_buckle, nothing,
+     "A straight rod between two clamps, one of which turns slowly and slides, no axial force. "
+     "critical_torque: N m, against 8.987 EI/L (Greenhill 1883, clamped).",
+     "buckle --EI 0.02 --GJ 0.3"},
+    {"compress",
+     "pushed into a curved vessel until blocked: does not shorten",
+     &run_compress,
+     {.load = true, .friction = true, .seed = true},
+     "A catheter is pushed at 0.2 m/s into a rigid, random, curved vessel of three times its radius until "
+     "its "
+     "tip is blocked. --load: the greatest push, N, 5 unless given; --friction 0.05. shortening: 1 - length "
+     "under push over length.",
+     "compress --seed 3"},
+    {"capstan",
+     "pulled round a cylinder: tension ratio exp(mu phi)",
+     &run_capstan,
+     {.load = true, .friction = true, .angle = true},
+     "Pulled slowly round a cylinder, no gravity. --load: the tension that holds back, N, 5 unless given; "
+     "--friction 0.3; --angle: between the tangents, rad, pi/2. tension_ratio against exp(mu phi).",
+     "capstan --friction 0.2 --angle 3.14"},
+    {"hang-on",
+     "tip pressed into rigid tissue: base carries it",
+     &run_hang_on,
+     {.load = true, .friction = true},
+     "The tip is pressed against a rigid wall. --load: the press, N, 4.77 unless given; --friction 0.3. "
+     "base_reaction, N, against contact force plus weight.",
+     "hang-on --load 3"},
+    {"torque-lag",
+     "turned inside a bent tube: the tip lags, more with friction",
+     &run_torque_lag,
+     {.friction = true, .angle = true},
+     "Turned by a full turn inside a bent tube. --friction: the greatest, 0.4; --angle: of the bend, rad, "
+     "pi/2. lag of the tip behind the base, rad: must grow with friction.",
+     "torque-lag --friction 0.3 --angle 2"},
 };
 
 Row row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
@@ -65,6 +131,12 @@ Row absolute_row(const char* problem, const RodOptions& options, const UniformRo
 Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
               double measured, std::string setting) {
     return row(problem, options, rod, quantity, measured, std::move(setting));
+}
+
+Row happens_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+                bool does, std::string setting) {
+    return absolute_row(problem, options, rod, quantity, does ? 1 : 0, 1, does ? 0 : 1, 0,
+                        std::move(setting));
 }
 
 std::string setting(const char* name, double value) {

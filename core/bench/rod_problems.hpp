@@ -9,11 +9,20 @@
 
 namespace calot::bench {
 
-/// A reference problem for rods. `docs/rods.md` says what each one is and where its reference comes from.
+/// Which of the numbers that not every problem has a use for a problem takes. Nodes, dt, EI, GJ, length,
+/// radius and mass per length are every rod's.
+struct Takes {
+    bool load = false, friction = false, angle = false, seed = false;
+};
+
+/// A reference problem for rods. `docs/rods.md` says where each reference comes from.
 struct RodProblem {
     std::string_view id;
     std::string_view what;
     std::vector<Row> (*run)(const MakeInstance& make, const RodOptions& options);
+    Takes takes;
+    std::string_view explanation; ///< for --help: the scene, what --load and the like mean, what is measured
+    std::string_view example;     ///< arguments after "calot bench rod"
 };
 
 std::span<const RodProblem> rod_problems();
@@ -31,6 +40,7 @@ std::vector<Row> run_refine(const MakeInstance& make, const RodOptions& options)
 // rod_dynamics.cpp
 std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& options);
+// rod_instability.cpp
 std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& options);
 // rod_contacts.cpp
 std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& options);
@@ -46,6 +56,9 @@ Row absolute_row(const char* problem, const RodOptions& options, const UniformRo
 /// A row that is printed and not judged.
 Row plain_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
               double measured, std::string setting = {});
+/// Whether something that must happen did: measured 1 or 0 against 1.
+Row happens_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
+                bool does, std::string setting = {});
 
 /// "name=1.5"
 std::string setting(const char* name, double value);

@@ -19,23 +19,38 @@ std::string number(double v, int digits = 0) {
     return {text, result.ptr};
 }
 
+std::string error_text(const Row& r, int digits = 0) {
+    return std::isinf(r.error) ? "inf" : number(r.error, digits);
+}
+
+std::string met_text(const Row& r) {
+    if (std::isinf(r.bound)) return "-";
+    if (r.met()) return "yes";
+    return r.is_claimed ? "NO" : "no (not claimed)";
+}
+
+// "org.calot.rod-direct" is plain enough as "rod-direct".
+std::string short_name(const std::string& id) {
+    return id.substr(id.rfind('.') + 1);
+}
+
 } // namespace
 
 void write_csv(std::ostream& out, std::span<const Row> rows) {
     out << "problem,model,nodes,dt,quantity,measured,reference,error,bound,met\n";
     for (const Row& r : rows)
         out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity
-            << ',' << number(r.measured) << ',' << number(r.reference) << ',' << number(r.error) << ','
+            << ',' << number(r.measured) << ',' << number(r.reference) << ',' << error_text(r) << ','
             << number(r.bound) << ',' << (r.met() ? "true" : "false") << '\n';
 }
 
 void write_table(std::ostream& out, std::span<const Row> rows) {
-    std::vector<std::vector<std::string>> cells{
-        {"problem", "setting", "quantity", "measured", "reference", "error", "bound", "met"}};
+    std::vector<std::vector<std::string>> cells{{"problem", "model", "nodes", "setting", "quantity",
+                                                 "measured", "reference", "error", "bound", "met"}};
     for (const Row& r : rows)
-        cells.push_back({r.problem, r.setting, r.quantity, number(r.measured, 7), number(r.reference, 7),
-                         number(r.error, 3), number(r.bound, 3),
-                         std::isinf(r.bound) ? "-" : (r.met() ? "yes" : "NO")});
+        cells.push_back({r.problem, short_name(r.model), std::to_string(r.nodes), r.setting, r.quantity,
+                         number(r.measured, 7), number(r.reference, 7), error_text(r, 3), number(r.bound, 3),
+                         met_text(r)});
     std::vector<std::size_t> width(cells[0].size(), 0);
     for (const auto& line : cells)
         for (std::size_t k = 0; k < line.size(); ++k)
@@ -44,7 +59,7 @@ void write_table(std::ostream& out, std::span<const Row> rows) {
         std::string text;
         for (std::size_t k = 0; k < line.size(); ++k) {
             const std::string pad(width[k] - line[k].size(), ' ');
-            const bool is_number = k >= 3 && k <= 6;
+            const bool is_number = k == 2 || (k >= 5 && k <= 8);
             text += (is_number ? pad + line[k] : line[k] + pad) + "  ";
         }
         text.erase(text.find_last_not_of(' ') + 1);

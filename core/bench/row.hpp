@@ -19,7 +19,9 @@ struct Row {
     double reference = std::numeric_limits<double>::quiet_NaN(); ///< NaN: there is none
     double error = 0;
     double bound = std::numeric_limits<double>::infinity(); ///< infinite: printed, not judged
-    std::string setting; ///< what distinguishes rows of the same quantity; in the table only
+    std::string setting;    ///< what distinguishes rows of the same quantity; in the table only
+    std::string remark;     ///< what a reader has to know of the numbers asked for; empty for none
+    bool is_claimed = true; ///< by the model's manifest; a row that is not is printed and fails nothing
 
     bool met() const { return error <= bound; }
 };
