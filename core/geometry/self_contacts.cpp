@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <numbers>
 #include <vector>
 
 namespace calot::geometry {
@@ -81,8 +82,8 @@ struct alignas(32) BoxLanes {
 
 struct SelfContacts::Impl {
     explicit Impl(std::size_t nodes)
-        : most_nodes(nodes), boxes((nodes + 7) / 8), groups((nodes + 63) / 64), arc(nodes), at_nodes(nodes),
-          crossings(nodes), memory(2 * nodes, self_mark) {
+        : most_nodes(nodes), boxes((nodes + 7) / 8), groups((nodes + 63) / 64), arc(nodes), turn(nodes),
+          reachable(nodes), at_nodes(nodes), crossings(nodes), memory(2 * nodes, self_mark) {
         contacts.reserve(2 * nodes * most_per_slot);
     }
 
@@ -90,10 +91,13 @@ struct SelfContacts::Impl {
     bool valid = true;
     std::vector<BoxLanes> boxes, groups; // of segments; of groups of eight
     std::vector<double> arc;             // length from the base to each node
+    std::vector<double> turn; // angle, rad, by which the chain has turned at most up to each segment
+    std::vector<std::size_t> reachable; // each segment may touch only those before this one
     std::vector<FewFound> at_nodes, crossings;
     ContactMemory memory;
     std::vector<SelfContact> contacts;
 
+    bool find_reachable(const Chain& chain, double margin);
     void fill_boxes(const Chain& chain, double margin);
     void find_pair(const Chain& chain, double margin, std::size_t segment, std::size_t other);
     void find_beside(const Chain& chain, double margin, std::size_t node, std::size_t other);
@@ -101,6 +105,35 @@ struct SelfContacts::Impl {
     void drop_beside_crossings(const Chain& chain, std::size_t segment);
     void emit(const Chain& chain, std::size_t slot);
 };
+
+// Two places an arc L apart, between which the chain turns by T < pi in all, are at least L cos(T / 2) apart:
+// seen along the direction in the middle of the turn no part goes back. So parts that are no neighbours touch
+// only where the chain turns enough between them, and a shaft that is nearly straight costs next to nothing.
+// False: no part can reach another.
+bool SelfContacts::Impl::find_reachable(const Chain& chain, double margin) {
+    const std::size_t first = chain.first_segment, segments = chain.radius.size();
+    const double thinnest =
+        *std::min_element(chain.radius.begin() + static_cast<std::ptrdiff_t>(first), chain.radius.end());
+    const double nearest = (2.0 * thinnest + margin) / (neighbour_radii * thinnest);
+    const double least_turn = nearest < 1.0 ? 2.0 * std::acos(nearest) - 1e-6 : 0.0;
+    const auto direction = [&](std::size_t i) {
+        const Vec3 along = chain.node(i + 1) - chain.node(i);
+        return (1.0 / norm(along)) * along; // not a number for none
+    };
+    turn[first] = 0.0;
+    reachable[first] = first;
+    Vec3 before = direction(first);
+    for (std::size_t i = first + 1; i < segments; ++i) {
+        const Vec3 now = direction(i);
+        const double d = norm(now - before); // twice the sine of half the angle
+        turn[i] = turn[i - 1] + (d <= 1.0 ? d * (1.0 + 0.05 * d * d) : std::numbers::pi);
+        before = now;
+        std::size_t& last = reachable[i] = reachable[i - 1];
+        while (last < i && turn[i] - turn[last] >= least_turn)
+            ++last;
+    }
+    return reachable[segments - 1] > first;
+}
 
 void SelfContacts::Impl::fill_boxes(const Chain& chain, double margin) {
     const std::size_t segments = chain.radius.size();
@@ -237,19 +270,21 @@ std::span<const SelfContact> SelfContacts::find(const Chain& chain, double margi
 
     state.memory.start();
     const std::size_t segments = chain.radius.size();
-    if (chain.first_segment < segments) {
+    if (chain.first_segment < segments && state.find_reachable(chain, margin)) {
         state.fill_boxes(chain, margin);
         for (std::size_t i = chain.first_segment; i <= segments; ++i)
             state.at_nodes[i].size = state.crossings[i].size = 0;
         for (std::size_t i = chain.first_segment; i < segments; ++i) {
+            const std::size_t reachable = state.reachable[i];
+            if (reachable == chain.first_segment) continue;
             const Box box = box_of(chain.node(i), chain.node(i + 1), chain.radius[i] + 0.5 * margin);
             // Each pair once; either one's nodes may lie beside the other.
-            for (std::size_t upper = 0; upper <= i / 64; ++upper)
+            for (std::size_t upper = 0; upper <= (reachable - 1) / 64; ++upper)
                 for (unsigned g = state.groups[upper].overlap(box); g != 0; g &= g - 1) {
                     const std::size_t group = 8 * upper + __builtin_ctz(g);
                     for (unsigned s = state.boxes[group].overlap(box); s != 0; s &= s - 1) {
                         const std::size_t other = 8 * group + __builtin_ctz(s);
-                        if (other >= i) break;
+                        if (other >= reachable) break;
                         // Nothing on these two can be far enough apart along the chain.
                         if (state.arc[i + 1] - state.arc[other] <
                             neighbour_radii * std::max(chain.radius[i], chain.radius[other]))

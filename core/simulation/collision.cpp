@@ -1,11 +1,13 @@
 #include "simulation/collision.hpp"
 
+#include "geometry/self_contacts.hpp"
 #include "simulation/pacer.hpp"
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <thread>
 
 namespace calot::simulation {
@@ -27,6 +29,7 @@ struct Collision::Impl {
     std::size_t first_segment = 0;
     double reach = margin;
     geometry::ChainContacts finder;
+    geometry::SelfContacts self_finder;
     ContactList lists[2];
     std::vector<std::uint32_t> order; // scratch, when more are found than fit
     unsigned current = 0;
@@ -39,12 +42,14 @@ struct Collision::Impl {
 
     Impl(const geometry::TriangleScene& surfaces, std::span<const double> radii, std::size_t most)
         : scene(surfaces), radius(radii.begin(), radii.end()), block(3 * (radii.size() + 1)),
-          finder(radii.size() + 1) {
+          finder(radii.size() + 1), self_finder(radii.size() + 1) {
         for (ContactList& list : lists) {
             list.contact.resize(most);
             list.owner.resize(most);
         }
-        order.reserve(radii.size() * 16);
+        using geometry::ChainContacts, geometry::SelfContacts;
+        order.reserve((radii.size() + 1) * (ChainContacts::most_per_node + ChainContacts::most_per_segment +
+                                            2 * SelfContacts::most_per_slot));
     }
 
     void query() {
@@ -52,41 +57,73 @@ struct Collision::Impl {
         ContactList& list = lists[current];
         const auto chain = geometry::Chain::of_block(block, radius, first_segment);
         const auto found = finder.find(scene, chain, reach);
-        list.is_cut = found.size() > list.contact.size();
-        list.count = std::min(found.size(), list.contact.size());
-        list.deepest = 0;
-        order.clear();
-        for (std::size_t i = 0; i < found.size() && i < order.capacity(); ++i) {
-            order.push_back(static_cast<std::uint32_t>(i));
-            list.deepest = std::max(list.deepest, -found[i].gap);
-        }
-        if (list.is_cut) {
-            // The deepest stay, in their order along the shaft.
+        const auto self_start = std::chrono::steady_clock::now();
+        const auto found_self = self_finder.find(chain, reach);
+        const auto self_end = std::chrono::steady_clock::now();
+
+        list.deepest = list.deepest_self = 0;
+        for (const geometry::Contact& c : found)
+            list.deepest = std::max(list.deepest, -c.gap);
+        for (const geometry::SelfContact& c : found_self)
+            list.deepest_self = std::max(list.deepest_self, -c.gap);
+        const std::size_t all = found.size() + found_self.size();
+        list.count = std::min(all, list.contact.size());
+        list.left_out = all - list.count;
+        order.resize(all); // within its capacity
+        std::iota(order.begin(), order.end(), 0u);
+        if (list.left_out > 0) {
+            // The deepest stay, in their order.
+            const auto gap = [&](std::uint32_t i) {
+                return i < found.size() ? found[i].gap : found_self[i - found.size()].gap;
+            };
             std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-                return found[a].gap != found[b].gap ? found[a].gap < found[b].gap : a < b;
+                return gap(a) != gap(b) ? gap(a) < gap(b) : a < b;
             });
             order.resize(list.count);
             std::sort(order.begin(), order.end());
         }
         for (std::size_t i = 0; i < list.count; ++i) {
-            const geometry::Contact& c = found[order[i]];
-            const geometry::Vec3 a = chain.node(c.segment), b = chain.node(c.segment + 1);
-            const geometry::Vec3 axis = (1 - c.t) * a + c.t * b;
-            calot_contact& out = list.contact[i];
-            out = {};
-            out.id = c.id;
-            out.segment = c.segment;
-            out.t = c.t;
-            for (int k = 0; k < 3; ++k) {
-                out.axis_point[k] = axis[k];
-                out.point[k] = out.free_position[k] = c.point[k]; // organs are static
-                out.normal[k] = c.normal[k];
-            }
-            out.gap = c.gap;
-            out.friction = c.friction;
-            list.owner[i] = {c.organ, c.region};
+            if (order[i] < found.size())
+                list.owner[i] = write(list.contact[i], found[order[i]], chain);
+            else
+                list.owner[i] = write(list.contact[i], found_self[order[i] - found.size()], chain);
         }
-        list.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        const auto seconds = [](auto time) { return std::chrono::duration<double>(time).count(); };
+        list.seconds = seconds(std::chrono::steady_clock::now() - start);
+        list.self_seconds = seconds(self_end - self_start);
+    }
+
+    // What contacts of both kinds share. Organs are static, and the rod knows how it moves itself: where the
+    // surface will be is where it is.
+    template<class Found>
+    static void write_common(calot_contact& out, const Found& c, const geometry::Chain& chain) {
+        const geometry::Vec3 axis = (1 - c.t) * chain.node(c.segment) + c.t * chain.node(c.segment + 1);
+        out = {};
+        out.id = c.id;
+        out.segment = c.segment;
+        out.t = c.t;
+        for (int k = 0; k < 3; ++k) {
+            out.axis_point[k] = axis[k];
+            out.point[k] = out.free_position[k] = c.point[k];
+            out.normal[k] = c.normal[k];
+        }
+        out.gap = c.gap;
+    }
+
+    static ContactOwner write(calot_contact& out, const geometry::Contact& c, const geometry::Chain& chain) {
+        write_common(out, c, chain);
+        out.friction = c.friction;
+        return {c.organ, c.region};
+    }
+
+    static ContactOwner write(calot_contact& out, const geometry::SelfContact& c,
+                              const geometry::Chain& chain) {
+        write_common(out, c, chain);
+        out.friction = self_friction;
+        out.flags = CALOT_CONTACT_SELF;
+        out.other_segment = c.other_segment;
+        out.other_t = c.other_t;
+        return {ContactOwner::shaft, 0};
     }
 
     // Whoever claims a query runs it: the worker, or the caller when the worker has not come to it.

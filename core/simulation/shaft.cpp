@@ -193,7 +193,8 @@ void Shaft::step(std::int64_t tick, const std::array<double, 2>& hand, const dou
 
 void Shaft::report(Snapshot& s) const {
     s.contact_count = std::min(contacts_->count, s.contact.size());
-    s.tissue_force = 0;
+    s.contacts_left_out = contacts_->left_out;
+    s.tissue_force = s.self_force = 0;
     for (std::size_t i = 0; i < s.contact_count; ++i) {
         const calot_contact& c = contacts_->contact[i];
         calot_contact_report& r = s.contact[i];
@@ -207,7 +208,7 @@ void Shaft::report(Snapshot& s) const {
         for (std::size_t k = 0; k < 3; ++k)
             r.force[k] = -impulse_[3 * i + k] / dt;
         r.gap = c.gap;
-        s.tissue_force += norm(vec3(r.force));
+        (r.organ == ContactOwner::shaft ? s.self_force : s.tissue_force) += norm(vec3(r.force));
     }
     s.penetration.now = contacts_->deepest;
     s.penetration.deepest = std::max(s.penetration.deepest, contacts_->deepest);
@@ -215,6 +216,7 @@ void Shaft::report(Snapshot& s) const {
     s.cost.rod = rod_seconds_;
     s.cost.constraints = constraint_seconds_;
     s.cost.collision = contacts_->seconds;
+    s.cost.self_contact = contacts_->self_seconds;
 }
 
 void Shaft::show(Snapshot& s) const {

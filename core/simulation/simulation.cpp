@@ -311,7 +311,9 @@ struct Simulation::Impl {
         std::copy_n(now.hose_offset, 2, slot->hose_offset);
         std::copy_n(now.contact.begin(), now.contact_count, slot->contact.begin());
         slot->contact_count = now.contact_count;
+        slot->contacts_left_out = now.contacts_left_out;
         slot->tissue_force = now.tissue_force;
+        slot->self_force = now.self_force;
         if (slot->markers.generation != now.markers.generation) {
             slot->markers.generation = now.markers.generation;
             slot->markers.count = now.markers.count;

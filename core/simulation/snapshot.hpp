@@ -62,10 +62,11 @@ struct MarkerSet {
 /// Where the time of the last tick went, s; zero unless Setup::measure.
 struct TickCost {
     double rod = 0, constraints = 0, collision = 0, procedure = 0, device = 0, total = 0;
+    double self_contact = 0; // of the collision query
 };
 
-/// How long and how deep the shaft sank into organs: a measure of the simulation's health, not of the
-/// operator.
+/// How long and how deep the shaft sank into organs (not into itself): a measure of the simulation's health,
+/// not of the operator.
 struct Penetration {
     double now = 0;                  // m, the deepest at this tick
     double deepest = 0;              // m, so far
@@ -104,7 +105,9 @@ struct Snapshot {
 
     std::vector<calot_contact_report> contact; // contact_count are valid
     std::size_t contact_count = 0;
-    double tissue_force = 0; // N: sum of the magnitudes of the contacts' forces, mean over the tick
+    std::size_t contacts_left_out = 0; // found, but beyond Setup::max_contacts: never the deepest
+    double tissue_force = 0;           // N: sum of the magnitudes of the forces on organs, mean over the tick
+    double self_force = 0;             // N: likewise, of the shaft on itself
 
     MarkerSet markers;
     Text<64> task;     // id of the task at hand

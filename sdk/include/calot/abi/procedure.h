@@ -41,7 +41,7 @@ typedef struct calot_failure {
 /* Who touches whom. */
 typedef struct calot_contact_report {
     uint64_t id;
-    uint32_t organ;   /* index in the scene's list */
+    uint32_t organ;   /* index in the scene's list; UINT32_MAX: the shaft itself */
     uint32_t region;  /* of the organ */
     uint32_t segment; /* of the shaft; UINT32_MAX - port: an instrument */
     uint32_t reserved;
