@@ -109,7 +109,11 @@ void CordeRod::prepare_contacts(const calot_rod_input& in) {
     }
 }
 
-void CordeRod::contact_forces(double h, double progress) {
+// Forces at the step's begin and end act for half a substep each; at its begin nothing has moved since the
+// last step.
+void CordeRod::contact_forces(double progress) {
+    const double whole = dt_ / substeps_, h = progress == 0.0 ? 0.0 : whole;
+    const double acts = progress == 0.0 || progress == 1.0 ? 0.5 * whole : whole;
     const double h_relax = settings_.recovery_speed * h, slide = 1.0 / dt_;
     for (std::size_t k = 0; k < row_count_; ++k) {
         Contact& r = rows_[k];
@@ -147,7 +151,7 @@ void CordeRod::contact_forces(double h, double progress) {
         const Vec3 friction = f1 * r.e1 + f2 * r.e2;
         const Vec3 f =
             f_n * r.normal + friction - (std::min(film * f_n, r.film_limit) * dot(r.e2, middle)) * r.e2;
-        r.impulse += h * f;
+        r.impulse += acts * f;
         const auto push = [&](int i, double weight) {
             fx_[i] += weight * f.x, fy_[i] += weight * f.y, fz_[i] += weight * f.z;
         };

@@ -11,7 +11,13 @@ namespace {
 // rotations, contacts and friction.
 constexpr double stability_share = 0.75;
 constexpr double longest_substep = 1e-4; // s; bounds the leapfrog's energy error
+constexpr double heavier_below = 5e-6;   // s
 constexpr int most_substeps = 1'000'000;
+// (h w)^2 of a substep.
+constexpr double limit = 4.0 * stability_share * stability_share;
+// A rod on a soft parallel constraint bends like a beam that shears: a cantilever's tip goes down by 3
+// EI/(kappa L^2) too far. Where the substep of bending and twist bears no stiffer one, this share is let be.
+constexpr double most_shear = 5e-4;
 // Internal friction is explicit too: with velocities half a substep behind, h^2 w^2 + 2 d < 4 where d is the
 // share of relative speed that it takes in a substep. What is above these shares is ignored.
 constexpr double most_friction = 0.3, most_shear_friction = 0.15;
@@ -78,11 +84,13 @@ void CordeRod::set_properties(const RodProperties& p) {
     std::fill(slow_.begin(), slow_.end(), 0.0);
     for (int j = 0; j < n_ - 1; ++j) {
         const double l = length_[j], mass = p.mass_per_length[j] * l, r = p.radius[j];
-        // A round solid section's, but no less than a quarter of a segment's length would have for its radius
-        // of gyration: a thin frame between heavy points would ask for substeps that nothing is gained by. It
-        // vanishes with the spacing's square.
-        across_[j] = std::max(0.25 * mass * r * r, mass * l * l / 16);
-        along_[j] = std::max(0.5 * mass * r * r, mass * l * l / 16);
+        // A round solid section's. Frames that would ask for very short substeps are made heavier, by no more
+        // than a quarter of a segment's length as radius of gyration: that vanishes with the spacing's
+        // square.
+        const double most = mass * l * l / 16, per = 4 / l * heavier_below * heavier_below / limit;
+        const double bend = std::max(p.bending_x[j], p.bending_y[j]);
+        across_[j] = std::max(0.25 * mass * r * r, std::min(most, per * bend));
+        along_[j] = std::max(0.5 * mass * r * r, std::min(most, per * p.torsion[j]));
         for (const int i : {j, j + 1})
             mass_[i] += 0.5 * mass, slow_[i] += 0.5 * l * p.drag[j];
     }
@@ -118,7 +126,9 @@ void CordeRod::update_joints() {
 // has w^2 <= kappa (4/(l m) + l/I).
 void CordeRod::choose_substeps() {
     const int m = n_ - 1;
-    double top = 4.0 * stability_share * stability_share / (longest_substep * longest_substep);
+    double top = limit / (longest_substep * longest_substep), whole = 0;
+    for (const double l : length_)
+        whole += l;
     const auto row = [&](int j, const Array& inertia, const auto& stiffness) {
         double sum = 0;
         for (const int i : {j, j + 1}) {
@@ -135,14 +145,16 @@ void CordeRod::choose_substeps() {
     const auto mass = [&](int j) { return properties_.mass_per_length[j] * length_[j]; };
     const auto per_penalty = [&](int j) { return 4.0 / (length_[j] * mass(j)) + length_[j] / across_[j]; };
     for (int j = 0; j < m; ++j) {
-        const double r = properties_.radius[j], b = bending(j);
+        const double r = properties_.radius[j], b = bending(j),
+                     bend = std::max(properties_.bending_x[j], properties_.bending_y[j]);
         stretch_[j] = settings_.stretch_modulus * 3.14159265358979324 * r * r;
         penalty_[j] = settings_.parallel_penalty;
+        const double needed = penalty_[j] > 0 ? penalty_[j] : 3 * bend / (most_shear * whole * whole);
         top = std::max({top, row(j, along_, [&](int i) { return k3_[i]; }),
-                        b + std::max(0.5 * b, penalty_[j] * per_penalty(j)),
+                        b + std::max(0.5 * b, needed * per_penalty(j)),
                         4.0 * stretch_[j] / (length_[j] * mass(j))});
     }
-    const double h = 2.0 * stability_share / std::sqrt(top);
+    const double h = std::sqrt(limit / top);
     substeps_ = static_cast<int>(clamp(std::ceil(dt_ / h - 1e-9), 1, most_substeps));
     const double per_h = substeps_ / dt_;
     for (int j = 0; j < m; ++j) {
@@ -153,7 +165,9 @@ void CordeRod::choose_substeps() {
             std::min(stretch_[j] * tau / length_[j], most_friction * 0.25 * mass(j) * per_h);
         shear_friction_[j] = std::min(penalty_[j] * tau * length_[j],
                                       most_shear_friction * per_h * length_[j] / per_penalty(j));
-        slow_spin_[j] = std::exp(-properties_.drag[j] / properties_.mass_per_length[j] * dt_ / substeps_);
+        const double solid = 0.5 * mass(j) * properties_.radius[j] * properties_.radius[j] / along_[j];
+        slow_spin_[j] =
+            std::exp(-properties_.drag[j] / properties_.mass_per_length[j] * solid * dt_ / substeps_);
     }
     for (int i = 0; i < n_; ++i) {
         // Here slow_ becomes what set_properties has collected drag for.

@@ -82,7 +82,7 @@ class CordeRod {
 
     // contacts.cpp
     void prepare_contacts(const calot_rod_input& input);
-    void contact_forces(double h, double progress);
+    void contact_forces(double progress);
     void remember_contacts();
 
     int n_ = 0, substeps_ = 1;

@@ -136,7 +136,7 @@ void CordeRod::forces(double progress) {
     const auto push = [&](int i, Vec3 f) { fx_[i] += f.x, fy_[i] += f.y, fz_[i] += f.z; };
     if (base_.mode == CALOT_END_LOADED) push(0, vec3(base_.wrench.force));
     if (tip_.mode == CALOT_END_LOADED) push(last, vec3(tip_.wrench.force));
-    if (row_count_ > 0) contact_forces(dt_ / substeps_, progress);
+    if (row_count_ > 0) contact_forces(progress);
     if (on_axis_ > 0) sleeve_forces();
 }
 
