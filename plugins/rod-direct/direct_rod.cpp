@@ -1,0 +1,413 @@
+#include "direct_rod.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <stdexcept>
+
+namespace calot::rod_direct {
+
+namespace {
+
+// Inextensible up to this share of what one tick's force moves two nodes by; it tends to the force of the
+// last tick, so nothing is left of it at rest. A straight rod held at both ends has a solution by it.
+constexpr double softness = 1e-9;
+// Nothing on an endoscope moves this fast; it bounds what a bad input can do.
+constexpr double speed_limit = 20.0; // m/s
+// The largest turn of a segment that the first guess makes, and that one linearisation may, rad.
+constexpr double most_guessed = 0.3, most_turned = 0.6;
+// A linearisation that turns a segment by more than this against the guess is followed by another. What one
+// leaves is about the square of it, and the next tick sees that.
+constexpr double again_above = 0.02;
+constexpr int most_linearisations = 6, most_passes = 9;
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct Property {
+    const char* name;
+    std::span<const double> SegmentProperties::*values;
+    bool positive;
+};
+
+constexpr Property properties[] = {
+    {"segments.mass_per_length", &SegmentProperties::mass_per_length, true},
+    {"segments.radius", &SegmentProperties::radius, true},
+    {"segments.bending_x", &SegmentProperties::bending_1, true},
+    {"segments.bending_y", &SegmentProperties::bending_2, true},
+    {"segments.torsion", &SegmentProperties::torsion, true},
+    {"segments.bending_damping", &SegmentProperties::bending_damping, false},
+    {"segments.torsion_damping", &SegmentProperties::torsion_damping, false},
+    {"segments.drag", &SegmentProperties::drag, false},
+    {"segments.friction", &SegmentProperties::friction, false},
+};
+
+void require(bool holds, const char* field, const char* what) {
+    if (!holds) throw std::invalid_argument(std::string(field) + ": " + what);
+}
+
+} // namespace
+
+DirectRod::DirectRod(const RodDescription& d)
+    : n_(d.nodes), m_(d.nodes - 1), recovery_speed_(d.recovery_speed), solver_(std::max(d.nodes - 1, 2)) {
+    require(d.nodes >= 3 && d.nodes <= 100000, "nodes", "must be from 3 to 100000");
+    require(d.max_contacts >= 0, "max_contacts", "must not be negative");
+    require(std::isfinite(d.recovery_speed) && d.recovery_speed > 0, "recovery_speed", "must be positive");
+    const auto n = at(n_), m = at(m_);
+    require(d.length.size() == m, "length", "needs one value for each segment");
+    for (double l : d.length)
+        require(l > 1e-9 && l < 1e6, "length", "must be positive and finite");
+    for (const Property& p : properties)
+        require((d.properties.*p.values).size() == m, p.name, "needs one value for each segment");
+    for (auto* group : {x_, v_, x0_, b_, free_, moved_, k_, rest_, viscosity_, kv_, offset_, moment_})
+        for (int i = 0; i < 3; ++i)
+            group[i].assign(n, 0.0);
+    for (auto* group : {spin_, force_, turn_, turn_guess_, direction_, g_})
+        for (int i = 0; i < 3; ++i)
+            group[i].assign(m, 0.0);
+    for (int i = 0; i < 6; ++i)
+        joint_k_[i].assign(n, 0.0), h_[i].assign(m, 0.0);
+    for (int i = 0; i < 4; ++i)
+        q_[i].assign(n + 1, i == 0 ? 1.0 : 0.0);
+    for (Array* a : {&mass_, &node_drag_, &inertia_, &inverse_inertia_, &cell_})
+        a->assign(n, 0.0);
+    for (Array* a : {&length_, &transverse_, &polar_})
+        a->assign(m, 0.0);
+    for (Array* a : {&mass_per_length_, &radius_, &bending_1_, &bending_2_, &torsion_, &bending_damping_,
+                     &torsion_damping_, &drag_, &friction_})
+        a->assign(m, 1.0);
+    rest_darboux_.assign(3 * m, 0.0);
+    touched_.resize(m);
+    touched_slot_.assign(m, -1);
+    const auto contacts = at(d.max_contacts);
+    rows_.resize(contacts);
+    impulse_.resize(contacts);
+    memory_.resize(contacts);
+    length_ = d.length;
+    if (const auto wrong = set_properties(d.properties))
+        throw std::invalid_argument(std::string(wrong->field) + "[" + std::to_string(wrong->index) +
+                                    "]: " + wrong->message);
+    saved_.resize(state_size());
+}
+
+std::optional<Complaint> DirectRod::set_properties(const SegmentProperties& given) {
+    const auto m = at(m_);
+    for (const Property& p : properties) {
+        const std::span<const double> values = given.*p.values;
+        if (!values.empty() && values.size() != m)
+            return Complaint{p.name, "needs one value for each segment", values.size()};
+        for (std::size_t j = 0; j < values.size(); ++j)
+            if (!(values[j] < 1e12 && (p.positive ? values[j] > 1e-15 : values[j] >= 0.0)))
+                return Complaint{
+                    p.name, p.positive ? "must be positive and finite" : "must be finite and not negative",
+                    j};
+    }
+    const auto set = [](Array& to, std::span<const double> from) {
+        std::copy(from.begin(), from.end(), to.begin());
+    };
+    set(mass_per_length_, given.mass_per_length), set(radius_, given.radius);
+    set(bending_1_, given.bending_1), set(bending_2_, given.bending_2), set(torsion_, given.torsion);
+    set(bending_damping_, given.bending_damping), set(torsion_damping_, given.torsion_damping);
+    set(drag_, given.drag), set(friction_, given.friction);
+    std::fill(mass_.begin(), mass_.end(), 0.0);
+    std::fill(node_drag_.begin(), node_drag_.end(), 0.0);
+    for (std::size_t j = 0; j < m; ++j) {
+        const double l = length_[j], mass = l * mass_per_length_[j];
+        for (std::size_t i : {j, j + 1})
+            mass_[i] += 0.5 * mass, node_drag_[i] += 0.5 * l * drag_[j];
+        transverse_[j] = 0.25 * mass * radius_[j] * radius_[j];
+        polar_[j] = 0.5 * mass * radius_[j] * radius_[j];
+    }
+    update_joints();
+    return std::nullopt;
+}
+
+bool DirectRod::set_rest_darboux(std::span<const double> darboux) {
+    if (darboux.size() != rest_darboux_.size()) return false;
+    for (double u : darboux)
+        if (!(std::fabs(u) < 1e9)) return false;
+    std::copy(darboux.begin(), darboux.end(), rest_darboux_.begin());
+    update_joints();
+    return true;
+}
+
+void DirectRod::set_frame(int slot, const Quat& q) {
+    q_[0][at(slot)] = q.w, q_[1][at(slot)] = q.x, q_[2][at(slot)] = q.y, q_[3][at(slot)] = q.z;
+}
+
+void DirectRod::reset_to(std::span<const double> p, std::span<const double> frames) {
+    require(p.size() == 3 * at(n_), "position", "needs three values for each node");
+    require(frames.size() == 4 * at(m_), "frame", "needs four values for each segment");
+    for (double v : p)
+        require(std::fabs(v) < 1e6, "position", "must be finite");
+    set_node(x_, 0, vec3(p.data()));
+    for (int j = 0; j < m_; ++j) {
+        const Vec3 e = vec3(&p[3 * at(j) + 3]) - vec3(&p[3 * at(j)]);
+        require(norm(e) > 0.0, "position", "neighbouring nodes coincide");
+        const Quat given = quat(&frames[4 * at(j)]);
+        require(std::fabs(norm(given) - 1.0) < 1e-3, "frame", "must be unit quaternions");
+        const Quat unit = normalized(given);
+        set_frame(j + 1, normalized(between(third_axis(unit), normalized(e)) * unit));
+    }
+    lay_out();
+    come_to_rest();
+}
+
+void DirectRod::come_to_rest() {
+    for (auto* group : {v_, spin_, force_, turn_})
+        for (int i = 0; i < 3; ++i)
+            std::fill(group[i].begin(), group[i].end(), 0.0);
+    memory_count_ = contact_count_ = row_count_ = 0;
+    advance_ = roll_ = 0.0;
+    base_was_clamped_ = tip_was_clamped_ = false;
+    base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
+    coupling_force_ = coupling_torque_ = 0.0;
+    axial_cap_ = roll_cap_ = 0.0;
+    set_frame(0, frame(0)), set_frame(n_, frame(m_ - 1));
+    now_ = {};
+}
+
+bool DirectRod::acceptable(const StepInput& in) const {
+    // Large but finite numbers overflow as surely as infinities do; these bounds are far outside any
+    // endoscope.
+    const auto sane = [](double v) { return std::fabs(v) < 1e9; };
+    const auto sane3 = [&](const Vec3& v) { return sane(v.x) && sane(v.y) && sane(v.z); };
+    const auto unit = [](double s) { return std::fabs(s - 1.0) < 1e-3; };
+    if (!(in.dt >= 1e-6 && in.dt <= 1e-2) || !sane3(in.gravity)) return false;
+    for (const End* e : {&in.base, &in.tip}) {
+        if (!sane3(e->position) || !sane3(e->force) || !sane3(e->torque) || !unit(norm(e->orientation)))
+            return false;
+        for (const Coupling* c : {&e->axial, &e->roll})
+            if (!sane(c->target) || !sane(c->velocity) || !sane(c->stiffness) || !sane(c->damping) ||
+                !sane(c->cap) || c->stiffness < 0 || c->damping < 0 || c->cap < 0)
+                return false;
+    }
+    if (in.tip.mode == EndMode::coupled || (in.base.mode == EndMode::coupled && !in.guide.present))
+        return false;
+    if (in.guide.present &&
+        (!sane3(in.guide.origin) || !sane3(in.guide.direction) || !unit(norm(in.guide.direction))))
+        return false;
+    if (!in.rest_darboux.empty() && in.rest_darboux.size() != rest_darboux_.size()) return false;
+    if (!std::all_of(in.rest_darboux.begin(), in.rest_darboux.end(), sane)) return false;
+    for (const Contact& c : in.contacts) {
+        if (c.segment < 0 || c.segment >= m_ || c.other_segment >= m_) return false;
+        if (!(c.along >= 0 && c.along <= 1) ||
+            (c.other_segment >= 0 && !(c.other_along >= 0 && c.other_along <= 1)))
+            return false;
+        if (!sane3(c.normal) || !unit(norm(c.normal)) || !sane(c.gap) || !sane3(c.centre) || !sane3(c.motion))
+            return false;
+        if (!sane(c.friction) || c.friction < 0) return false;
+        if (!std::all_of(c.compliance.begin(), c.compliance.end(), sane)) return false;
+    }
+    return true;
+}
+
+void DirectRod::lay_out() {
+    const double *qw = q_[0].data() + 1, *qx = q_[1].data() + 1, *qy = q_[2].data() + 1,
+                 *qz = q_[3].data() + 1;
+    double x = x_[0][0], y = x_[1][0], z = x_[2][0];
+    for (int j = 0; j < m_; ++j) {
+        const double l = length_[at(j)];
+        x += l * 2.0 * (qx[j] * qz[j] + qw[j] * qy[j]);
+        y += l * 2.0 * (qy[j] * qz[j] - qw[j] * qx[j]);
+        z += l * (1.0 - 2.0 * (qx[j] * qx[j] + qy[j] * qy[j]));
+        x_[0][at(j) + 1] = x, x_[1][at(j) + 1] = y, x_[2][at(j) + 1] = z;
+    }
+}
+
+// Where the rod were at the tick's end without forces, its ends where they are prescribed.
+void DirectRod::begin(const StepInput& input) {
+    now_ = input;
+    const double h = now_.dt;
+    const bool base = now_.base.mode == EndMode::clamped, tip = now_.tip.mode == EndMode::clamped;
+    bool stale = base != base_cells_ || tip != tip_cells_;
+    if (!input.rest_darboux.empty() &&
+        !std::equal(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin())) {
+        std::copy(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin());
+        stale = true;
+    }
+    base_cells_ = base, tip_cells_ = tip;
+    if (stale) update_joints();
+    update_guide();
+    for (int k = 0; k < 3; ++k)
+        std::copy(x_[k].begin(), x_[k].end(), x0_[k].begin());
+    for (int i = 0; i < n_; ++i) {
+        inertia_[at(i)] = (mass_[at(i)] / h + node_drag_[at(i)]) / h;
+        inverse_inertia_[at(i)] = 1.0 / inertia_[at(i)];
+    }
+    if (base) inverse_inertia_[0] = 0.0;
+    if (tip) inverse_inertia_[at(m_)] = 0.0;
+    for (int j = 0; j < m_; ++j)
+        solver_.soft[at(j)] = softness * (1.0 / inertia_[at(j)] + 1.0 / inertia_[at(j) + 1]);
+
+    // Viscous strain rates are against the cross-sections as they were.
+    if (!base_was_clamped_) set_frame(0, base ? now_.base.orientation : frame(0));
+    if (!tip_was_clamped_) set_frame(n_, tip ? now_.tip.orientation : frame(m_ - 1));
+    viscous_offsets();
+
+    for (int j = 0; j < m_; ++j) {
+        const Vec3 guess = h * angular_velocity(j);
+        const double size = norm(guess);
+        const Vec3 turn = size > most_guessed ? (most_guessed / size) * guess : guess;
+        set_node(turn_guess_, j, guess);
+        set_node(turn_, j, turn);
+        set_frame(j + 1, normalized(turned_by(turn) * frame(j)));
+    }
+    hold_ends();
+    set_node(x_, 0, base ? now_.base.position : position(0) + h * velocity(0));
+    lay_out();
+}
+
+// Takes a share of the solved increments.
+void DirectRod::advance(double share) {
+    double *qw = q_[0].data() + 1, *qx = q_[1].data() + 1, *qy = q_[2].data() + 1, *qz = q_[3].data() + 1;
+    const double *ax = solver_.a[0].data(), *ay = solver_.a[1].data(), *az = solver_.a[2].data();
+    double *ux = turn_[0].data(), *uy = turn_[1].data(), *uz = turn_[2].data();
+    const double half = 0.5 * share;
+#pragma GCC ivdep
+    for (int j = 0; j < m_; ++j) {
+        const double w = qw[j], x = qx[j], y = qy[j], z = qz[j];
+        const double a = half * ax[j], b = half * ay[j], c = half * az[j];
+        const double nw = w - a * x - b * y - c * z, nx = x + a * w + b * z - c * y,
+                     ny = y - a * z + b * w + c * x, nz = z + a * y - b * x + c * w;
+        const double unit = 1.0 / std::sqrt(nw * nw + nx * nx + ny * ny + nz * nz);
+        qw[j] = nw * unit, qx[j] = nx * unit, qy[j] = ny * unit, qz[j] = nz * unit;
+        ux[j] += share * ax[j], uy[j] += share * ay[j], uz[j] += share * az[j];
+    }
+    for (int k = 0; k < 3; ++k)
+        std::copy(solver_.n[k].begin(), solver_.n[k].end(), force_[k].begin());
+    const bool is_held = now_.base.mode == EndMode::clamped || on_axis_ > 0;
+    Vec3 centre{};
+    double mass = 0.0;
+    if (!is_held)
+        for (int i = 0; i < n_; ++i)
+            centre += mass_[at(i)] * (position(i) + share * row(moved_, i)), mass += mass_[at(i)];
+    set_node(x_, 0, position(0) + share * row(moved_, 0));
+    hold_ends();
+    lay_out();
+    if (is_held) return;
+    // What the turns' second order moved the nodes by beside the solution shall not move the whole.
+    for (int i = 0; i < n_; ++i)
+        centre -= mass_[at(i)] * position(i);
+    centre *= 1.0 / mass;
+    for (int k = 0; k < 3; ++k)
+        for (double& x : x_[k])
+            x += centre[at(k)];
+}
+
+bool DirectRod::solve_tick() {
+    bool with_geometry = true;
+    for (int round = 0; round < most_linearisations; ++round) {
+        const auto t0 = timing_ ? Clock::now() : Clock::time_point{};
+        assemble(with_geometry);
+        add_ends();
+        if (timing_) times_.assembly += seconds_since(t0);
+        ++times_.linearisations;
+        for (int pass = 0; pass < most_passes; ++pass) {
+            const auto t1 = timing_ ? Clock::now() : Clock::time_point{};
+            gather_contacts();
+            complete_system();
+            const auto t2 = timing_ ? Clock::now() : Clock::time_point{};
+            bool solved = solver_.solve();
+            ++times_.solves;
+            if (!solved && with_geometry) {
+                with_geometry = false;
+                assemble(false);
+                add_ends();
+                complete_system();
+                solved = solver_.solve();
+            }
+            if (!solved) return false;
+            const auto t3 = timing_ ? Clock::now() : Clock::time_point{};
+            displace();
+            const bool caps = judge_caps(), contacts = judge_contacts(pass);
+            if (timing_)
+                times_.contacts += seconds_since(t1) - std::chrono::duration<double>(t3 - t2).count(),
+                    times_.solve += std::chrono::duration<double>(t3 - t2).count();
+            if (!caps && !contacts) break;
+        }
+        double most = 0.0;
+        const double *ax = solver_.a[0].data(), *ay = solver_.a[1].data(), *az = solver_.a[2].data();
+        for (int j = 0; j < m_; ++j)
+            most = std::max(most, ax[j] * ax[j] + ay[j] * ay[j] + az[j] * az[j]);
+        most = std::sqrt(most);
+        advance(most > most_turned ? most_turned / most : 1.0);
+        if (!(most > again_above)) break;
+    }
+    return all_finite();
+}
+
+bool DirectRod::all_finite() const {
+    double sum = 0.0;
+    for (const auto* group : {x_, force_, turn_})
+        for (int i = 0; i < 3; ++i)
+            for (double v : group[i])
+                sum += v * 0.0;
+    for (const auto& q : q_)
+        for (double v : q)
+            sum += v * 0.0;
+    return sum == 0.0;
+}
+
+StepResult DirectRod::step(const StepInput& input) {
+    if (!acceptable(input)) return StepResult::invalid_input;
+    times_ = {};
+    save(saved_);
+    begin(input);
+    prepare_contacts();
+    if (!solve_tick()) {
+        load(saved_);
+        for (auto* group : {v_, spin_, force_})
+            for (int i = 0; i < 3; ++i)
+                std::fill(group[i].begin(), group[i].end(), 0.0);
+        memory_count_ = row_count_ = 0;
+        base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
+        std::fill(impulse_.begin(), impulse_.end(), Vec3{});
+        now_.contacts = {};
+        return StepResult::recovered;
+    }
+    report_ends();
+    finish();
+    finish_contacts();
+    return StepResult::ok;
+}
+
+void DirectRod::finish() {
+    const double per_h = 1.0 / now_.dt;
+    if (now_.guide.present) {
+        roll_ += dot(row(turn_, 0), now_.guide.direction);
+        advance_ = dot(position(0) - now_.guide.origin, now_.guide.direction);
+    }
+    for (int i = 0; i < n_; ++i) {
+        const Vec3 v = per_h * (position(i) - row(x0_, i));
+        const double size = norm(v);
+        set_node(v_, i, size > speed_limit ? (speed_limit / size) * v : v);
+    }
+    for (int j = 0; j < m_; ++j)
+        set_node(spin_, j, rotate_back(frame(j), per_h * row(turn_, j)));
+    base_was_clamped_ = now_.base.mode == EndMode::clamped;
+    tip_was_clamped_ = now_.tip.mode == EndMode::clamped;
+}
+
+Energies DirectRod::energies() const {
+    Energies e;
+    for (int i = 0; i < n_; ++i) {
+        const Vec3 v = velocity(i);
+        e.kinetic += 0.5 * mass_[at(i)] * dot(v, v);
+        // What lies in the sleeve has no weight: its height is the mouth's.
+        e.gravity -= mass_[at(i)] * dot(now_.gravity, i < on_axis_ ? now_.guide.origin : position(i));
+        const Vec3 phi = turn_vector(conjugate(frame_slot(i)) * frame_slot(i + 1));
+        const double d1 = phi.x - rest_[0][at(i)], d2 = phi.y - rest_[1][at(i)], d3 = phi.z - rest_[2][at(i)];
+        e.bending += 0.5 * (k_[0][at(i)] * d1 * d1 + k_[1][at(i)] * d2 * d2);
+        e.twist += 0.5 * k_[2][at(i)] * d3 * d3;
+    }
+    for (int j = 0; j < m_; ++j)
+        e.kinetic += 0.5 * (transverse_[at(j)] *
+                                (spin_[0][at(j)] * spin_[0][at(j)] + spin_[1][at(j)] * spin_[1][at(j)]) +
+                            polar_[at(j)] * spin_[2][at(j)] * spin_[2][at(j)]);
+    return e;
+}
+
+} // namespace calot::rod_direct

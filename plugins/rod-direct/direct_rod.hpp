@@ -1,0 +1,270 @@
+// A dynamic, inextensible and unshearable rod, implicit in time, solved directly in linear time.
+#pragma once
+
+#include "chain_solver.hpp"
+#include "contact.hpp"
+#include "frame_math.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace calot::rod_direct {
+
+/// Properties of each of the N-1 segments, SI units. As an argument of set_properties: an empty one stays as
+/// it is.
+struct SegmentProperties {
+    std::span<const double> mass_per_length; ///< kg/m
+    std::span<const double> radius;          ///< m; rotational inertia is that of a solid section
+    std::span<const double> bending_1;       ///< EI about the frame's first axis, N m^2
+    std::span<const double> bending_2;       ///< EI about the frame's second axis, N m^2
+    std::span<const double> torsion;         ///< GJ, N m^2
+    std::span<const double> bending_damping; ///< s; Kelvin-Voigt: moment = EI (u - u_rest + time du/dt)
+    std::span<const double> torsion_damping; ///< s; likewise for twist
+    std::span<const double> drag;     ///< N s/m^2; outer drag per length; spin is slowed at the same rate
+    std::span<const double> friction; ///< factor on the other side's coefficient
+};
+
+struct RodDescription {
+    int nodes = 0;                ///< N, from 3
+    std::vector<double> length;   ///< N-1, m, between neighbouring nodes
+    SegmentProperties properties; ///< all of them; read at construction only
+    int max_contacts = 256;
+    double recovery_speed = 0.2; ///< m/s; the fastest a penetration is pushed out
+};
+
+/// What is wrong, as the field's name and a sentence; or null.
+struct Complaint {
+    const char* field;
+    const char* message;
+    std::size_t index;
+};
+
+enum class EndMode {
+    free,    ///< nothing holds it
+    clamped, ///< cross-section at `position`, `orientation` at the tick's end
+    loaded,  ///< force and torque, constant in the world
+    coupled, ///< base only: one-dimensional springs along and about the guide's direction
+};
+
+/// A capped spring-damper on one coordinate, taken at the tick's end.
+struct Coupling {
+    double target = 0.0;   ///< m or rad, at the tick's begin
+    double velocity = 0.0; ///< m/s or rad/s of the target
+    double stiffness = 0.0, damping = 0.0;
+    double cap = 0.0; ///< N or N m
+};
+
+struct End {
+    EndMode mode = EndMode::free;
+    Vec3 position;
+    Quat orientation;
+    Vec3 force, torque;
+    Coupling axial, roll;
+};
+
+/// A straight frictionless sleeve. Material with (x - origin) . direction < 0 lies on its axis.
+struct Guide {
+    bool present = false;
+    Vec3 origin, direction{0, 0, 1};
+};
+
+struct StepInput {
+    double dt = 1e-3; ///< s, the tick
+    Vec3 gravity;     ///< m/s^2
+    End base, tip;
+    Guide guide;
+    std::span<const double> rest_darboux; ///< 3(N-1), 1/m; empty: unchanged since the last tick
+    std::span<const Contact> contacts;    ///< at most max_contacts; those beyond are ignored
+};
+
+struct Energies {
+    double kinetic = 0, bending = 0, twist = 0, gravity = 0;
+    double total() const { return kinetic + bending + twist + gravity; }
+};
+
+enum class StepResult { ok, invalid_input, recovered };
+
+/// Where the time of one step went, seconds, and how much of it there was.
+struct StepTimes {
+    double assembly = 0, solve = 0, contacts = 0;
+    int linearisations = 0, solves = 0;
+};
+
+/// N mass points joined by N-1 rigid segments, each with a material frame whose third axis is its direction.
+/// A step is implicit Euler: rotation increments and section forces of all segments are solved for at once,
+/// with the contacts' forces. Not thread-safe; step() allocates nothing.
+class DirectRod {
+  public:
+    /// Throws std::invalid_argument that names the field and what is wrong with it.
+    explicit DirectRod(const RodDescription& description);
+
+    /// Between steps; allocates nothing. A complaint: nothing has changed.
+    std::optional<Complaint> set_properties(const SegmentProperties& properties);
+    /// Intrinsic curvature and twist, 3(N-1) material components, 1/m. False if the size is wrong or not
+    /// finite.
+    bool set_rest_darboux(std::span<const double> darboux);
+
+    /// Positions (3N) and frames (4(N-1), unit), interleaved, at rest. Frames are turned the least so that
+    /// their third axes are the segments' directions; nodes beyond the first are then laid out from the
+    /// first with the segments' lengths. Throws std::invalid_argument.
+    void reset_to(std::span<const double> positions, std::span<const double> frames);
+
+    /// Advances by one tick. invalid_input: nothing changed. recovered: no finite solution was found, the rod
+    /// stays where it was, without velocity.
+    StepResult step(const StepInput& input);
+
+    int nodes() const { return n_; }
+    int segments() const { return m_; }
+
+    Vec3 position(int i) const { return {x_[0][at(i)], x_[1][at(i)], x_[2][at(i)]}; }
+    Vec3 velocity(int i) const { return {v_[0][at(i)], v_[1][at(i)], v_[2][at(i)]}; }
+    Quat frame(int j) const {
+        return {q_[0][at(j + 1)], q_[1][at(j + 1)], q_[2][at(j + 1)], q_[3][at(j + 1)]};
+    }
+    /// World frame, rad/s, at the end of the last tick.
+    Vec3 angular_velocity(int j) const {
+        return rotate(frame(j), {spin_[0][at(j)], spin_[1][at(j)], spin_[2][at(j)]});
+    }
+
+    /// N s over the last tick, on the rod; parallel to the contacts given.
+    std::span<const Vec3> contact_impulses() const { return {impulse_.data(), contact_count_}; }
+    /// Mean over the last tick of what the base's holder (clamp, coupling or load) exerted on the rod.
+    Vec3 base_force() const { return base_force_; }
+    Vec3 base_torque() const { return base_torque_; }
+    Vec3 tip_force() const { return tip_force_; }
+    Vec3 tip_torque() const { return tip_torque_; }
+    /// Axial coordinate of the base in the guide (m) and accumulated roll about it (rad).
+    double base_advance() const { return advance_; }
+    double base_roll() const { return roll_; }
+    Energies energies() const;
+    StepTimes costs() const { return times_; }
+    void measure_times(bool on) { timing_ = on; }
+
+    /// Everything that steers the future, as scalars; the same build resumes to the same bits.
+    std::size_t state_size() const;
+    void save(std::span<double> state) const;
+    /// False, and nothing changed, if the size is wrong or a value is not finite.
+    bool load(std::span<const double> state);
+
+  private:
+    using Array = std::vector<double>;
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+    // direct_rod.cpp
+    bool acceptable(const StepInput& input) const;
+    void update_joints();
+    void come_to_rest();
+    void begin(const StepInput& input);
+    bool solve_tick();
+    void advance(double share);
+    void lay_out();
+    void finish();
+    bool all_finite() const;
+    void set_frame(int slot, const Quat& q);
+    Quat frame_slot(int slot) const {
+        return {q_[0][at(slot)], q_[1][at(slot)], q_[2][at(slot)], q_[3][at(slot)]};
+    }
+    void set_node(Array* to, int i, const Vec3& p) {
+        to[0][at(i)] = p.x, to[1][at(i)] = p.y, to[2][at(i)] = p.z;
+    }
+    Vec3 row(const Array* from, int i) const { return {from[0][at(i)], from[1][at(i)], from[2][at(i)]}; }
+
+    // assembly.cpp
+    void viscous_offsets();
+    void joints();
+    void assemble(bool with_geometry);
+
+    // ends.cpp
+    void hold_ends();
+    void update_guide();
+    void add_ends();
+    void add_coupling();
+    bool judge_caps();
+    void report_ends();
+
+    // contacts.cpp
+    void prepare_contacts();
+    void gather_contacts();
+    void complete_system();
+    void displace();
+    bool judge_contacts(int iteration);
+    void finish_contacts();
+    void law(ContactRow& row) const;
+    Vec3 slip(const ContactRow& row) const;
+    double gap_now(const ContactRow& row) const;
+    Vec3 node_displacement(int i) const { return row(moved_, i); }
+    Vec3 point(int segment, double along) const;
+    Vec3 displacement(int node, int segment, const Vec3& arm) const;
+    Vec3 arm(int segment, double along, const Vec3& lever) const;
+    struct Touched;
+    Touched& touched(int segment);
+    /// The end of a segment that is nearer to the solver's start.
+    int near_node(int segment) const { return segment <= solver_.middle() ? segment : segment + 1; }
+
+    // state.cpp
+    template<class Rod, class F>
+    static void visit_state(Rod& rod, F f);
+
+    int n_ = 0, m_ = 0;
+    double recovery_speed_ = 0.2;
+
+    // Nodes: N values. x0, v: at the tick's start; b: force on the node at the present iterate but for the
+    // section forces; free: displacement by it alone; moved: displacement that was solved for.
+    Array x_[3], v_[3], x0_[3], b_[3], free_[3], moved_[3], mass_, node_drag_, inertia_, inverse_inertia_;
+    // Segments: N-1 values. turn: rotation since the tick's start, world; turn_guess: what it were without
+    // torques.
+    Array spin_[3], force_[3], turn_[3], turn_guess_[3], direction_[3], length_, transverse_, polar_;
+    Array h_[6], g_[3]; // of the rod alone
+    Array mass_per_length_, radius_, bending_1_, bending_2_, torsion_, bending_damping_, torsion_damping_,
+        drag_, friction_;
+    // Frames: the base's cross-section, then N-1 segments, then the tip's cross-section: joint i lies between
+    // i and i + 1.
+    Array q_[4];
+    // Joints: N values: stiffness per angle (N m/rad), rest angles, viscous times; with viscosity: stiffness
+    // and offset of this tick; moment in the world on segment i-1, its negative on segment i.
+    Array k_[3], rest_[3], viscosity_[3], kv_[3], offset_[3], moment_[3], joint_k_[6], cell_;
+    Array rest_darboux_;
+
+    ChainSolver solver_;
+    StepInput now_;
+    bool viscous_ = false;
+    bool base_was_clamped_ = false, tip_was_clamped_ = false;
+    double advance_ = 0, roll_ = 0;
+    Vec3 base_force_, base_torque_, tip_force_, tip_torque_;
+    // What the joints' cells were made for.
+    bool base_cells_ = false, tip_cells_ = false;
+
+    int on_axis_ = 0; ///< nodes [0, on_axis_) lie on the guide's axis
+    struct Mouth {
+        int joint = -1;
+        double k[2] = {}, rest[2] = {};
+    } mouth_;               ///< the joint whose cell is partly in the sleeve, and what it is outside
+    double mouth_push_ = 0; ///< N; what a bent rod pushes itself out of the sleeve with
+    double coupling_force_ = 0, coupling_torque_ = 0;
+    double axial_cap_ = 0, roll_cap_ = 0; ///< -1, 0, 1: which bound the coupling's spring is at
+
+    std::size_t contact_count_ = 0, row_count_ = 0, memory_count_ = 0;
+    std::vector<ContactRow> rows_;
+    std::vector<Vec3> impulse_;
+    std::vector<ContactMemory> memory_;
+    // Sums over the contacts of a segment: stiffness K, K A, A^T K A, force and torque. Their node is the one
+    // towards the rod's nearer end.
+    struct Touched {
+        int segment = 0;
+        Sym<double> stiffness{}, turning{};
+        Mat<double> coupling{};
+        Vec3 force, torque;
+    };
+    std::vector<Touched> touched_;
+    std::size_t touched_count_ = 0;
+    std::vector<int> touched_slot_; // of each segment, or -1
+
+    Array saved_;
+    bool timing_ = false;
+    StepTimes times_;
+};
+
+} // namespace calot::rod_direct
