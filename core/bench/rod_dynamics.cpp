@@ -85,48 +85,4 @@ std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& o) {
         plain_row("energy", o, uniform, "damping_ratio", ratio, label)};
 }
 
-// A straight rod between two clamps; the base lies in the guide, turned by the coupling and free to slide.
-// Perturbation: a lateral weight of 1e-3 EI/L^2 over the length. The critical torque is the greatest that the
-// clamp sees before the rod leaves the straight shape by 5 % of its length.
-std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& o) {
-    const UniformRod free_part = UniformRod::of(o, {.nodes = 60});
-    const double l = free_part.length / (free_part.nodes - 1);
-    // A few segments stay in the guide and are drawn out as the rod buckles.
-    const int spare = std::max(4, free_part.nodes / 5);
-    UniformRod uniform = free_part;
-    uniform.nodes += spare, uniform.length += spare * l;
-    BenchRod::Setup s;
-    s.rod = uniform;
-    s.position = straight_line(uniform, {-spare * l, 0, 0}, along_x);
-    s.frame = same_frames(uniform, along_x);
-    s.drag = 2 * free_part.lowest_frequency();
-    calot_guide guide{};
-    guide.present = 1;
-    guide.direction[0] = 1;
-    s.guide = guide;
-    BenchRod rod(make, std::move(s));
-    rod.clamp_tip({free_part.length, 0, 0}, along_x);
-    rod.input.gravity[1] =
-        1e-3 * free_part.bending / std::pow(free_part.length, 3) / free_part.mass_per_length;
-    const double expected = 8.987 * free_part.bending / free_part.length;
-    // Twice the critical twist within 40 periods of the lowest mode.
-    const double end = 2 * expected * uniform.length / uniform.torsion,
-                 duration = 40 * 2 * pi / free_part.lowest_frequency();
-    rod.input.base.mode = CALOT_END_COUPLED;
-    rod.input.base.insertion.limit = 1;
-    rod.input.base.rotation = {0, end / duration, 100 * uniform.torsion, 0.01 * uniform.torsion, 1e3};
-    double torque = 0, moved = 0;
-    while (rod.seconds() < duration && moved < 0.05 * free_part.length) {
-        rod.step();
-        rod.input.base.rotation.target += rod.input.base.rotation.velocity * uniform.dt;
-        torque = std::max(torque, std::abs(rod.output().rotation_torque));
-        for (int i = 0; i < uniform.nodes; ++i)
-            moved = std::max(moved, std::hypot(rod.position(i).y, rod.position(i).z));
-    }
-    Row r = relative_row("buckle", o, free_part, "critical_torque", torque, expected, 0.05,
-                         setting("moved", moved));
-    if (moved < 0.05 * free_part.length) r.error = std::numeric_limits<double>::max();
-    return {r};
-}
-
 } // namespace calot::bench

@@ -55,9 +55,27 @@ constexpr RodProblem problems[] = {
      "given. order: slope of log(error) of tip_drop over log(spacing), 2 expected.",
      "refine --nodes 200"},
     {"buckle", "twisted between clamps, one sliding: critical torque", &run_buckle, nothing,
-     "A straight rod between two clamps, one of which turns slowly and slides, no axial force. "
-     "critical_torque: N m, against 8.987 EI/L (Greenhill 1883, clamped).",
+     "A straight rod between two clamps, one of which turns and slides, no axial force, with a lateral "
+     "weight "
+     "that bends it by 2e-5 of its length. How much more it bends under more torque tells critical_torque (N "
+     "m; "
+     "Southwell's plot), against 8.987 EI/L (Greenhill 1883, clamped); 5 % beyond, the rod leaves.",
      "buckle --EI 0.02 --GJ 0.3"},
+    {"ring", "a straight rod held in a ring and twisted: critical twist", &run_ring, nothing,
+     "A naturally straight rod, both ends held at one point and tangent, twisted at its ends, with a fault "
+     "of "
+     "1e-4 of its radius. critical_twist (rad, Southwell's plot) at which it leaves its plane, against 2 pi "
+     "sqrt(3) EI/GJ (Michell 1889); 5 % beyond, it does.",
+     "ring --EI 0.03 --GJ 0.03"},
+    {"loop",
+     "slack between clamps and twisted on: forms a loop",
+     &run_loop,
+     {.friction = true},
+     "A rod between clamps that are nearer by a third than it is long, twisted until it lies on itself, with "
+     "self-contact, then twisted back. --friction: of the rod on itself, 0.1. It must form a loop, lose "
+     "twist "
+     "energy by it, and be back in its first shape in the end.",
+     "loop --GJ 0.1"},
     {"compress",
      "pushed into a curved vessel until blocked: does not shorten",
      &run_compress,

@@ -42,6 +42,8 @@ std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& options)
 std::vector<Row> run_energy(const MakeInstance& make, const RodOptions& options);
 // rod_instability.cpp
 std::vector<Row> run_buckle(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_ring(const MakeInstance& make, const RodOptions& options);
+std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& options);
 // rod_contacts.cpp
 std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& options);
