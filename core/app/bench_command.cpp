@@ -124,6 +124,8 @@ void add_bench(CLI::App& app, Action& action) {
         };
     });
 
+    add_bench_endoscope(*command, action);
+
     const auto o = std::make_shared<Options>();
     o->wanted.threads = 2;
     CLI::App* whole =

@@ -17,8 +17,10 @@ void WirePair::step(double command, double angle, double section_stiffness, doub
     pull_ = std::clamp(stretched, -f_.pull_limit, f_.pull_limit);
     // Play: the section's moment moves only when the wire's differs from it by more than the friction.
     const double asked = std::clamp(moment_, stretched - f_.friction, stretched + f_.friction);
-    // With d(asked)/dt = -stiffness d(angle)/dt the pair's eigenvalue is (1 + stiffness/section) / time.
-    const double share = rate * dt / (1 + f_.stiffness / section_stiffness);
+    // With d(asked)/dt = -stiffness d(angle)/dt the pair's eigenvalue is (1 + stiffness/section) / time;
+    // while the wires are slack it is 1 / time.
+    const double loop = stretched != 0 ? 1 + f_.stiffness / section_stiffness : 1;
+    const double share = rate * dt / loop;
     moment_ += std::min(share, 1.0) * (asked - moment_);
     const double most = f_.pull_limit - f_.friction;
     moment_ = std::clamp(moment_, -most, most);
