@@ -215,6 +215,10 @@ class Reader {
                                     f.number("crease", 0.5, 50),
                                     f.number_or("first_band", -360, 360, 0),
                                     seed(f)};
+        if (kind == "semilunar")
+            return pattern::Semilunar{sweep(f, "along"), f.number("spacing", 2, 200),
+                                      f.number("width", 0.2, 50), f.number_or("first_band", -360, 360, 0),
+                                      seed(f)};
         if (kind == "rings")
             return pattern::Rings{sweep(f, "along"),
                                   f.number("spacing", 0.5, 200),
@@ -232,7 +236,7 @@ class Reader {
             return pattern::Wave{normalised(direction), f.number("wavelength", 1, 1000),
                                  f.number_or("phase", -360, 360, 0)};
         }
-        f.fail("pattern", "unknown: use rugae, folds, haustra, rings, lobules, noise or wave");
+        f.fail("pattern", "unknown: use rugae, folds, haustra, semilunar, rings, lobules, noise or wave");
     }
 
     ShapePtr read_displaced(Fields& f) {

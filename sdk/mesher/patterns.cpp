@@ -34,27 +34,50 @@ double of(const pattern::Folds& f, Vec p) {
     return std::cos(f.count * at.phi + 1.6 * wander);
 }
 
-double of(const pattern::Haustra& h, Vec p) {
-    const SweepPlace at = h.along->place(p);
-    double turn = (at.phi - h.first_band * pi / 180) / (2 * pi) * 3;
+/// Where a place lies among the thirds of the circumference between taeniae, and among their folds.
+struct HaustrumPlace {
+    std::int64_t third, fold; ///< which third, and which of its folds is the nearest
+    double in_third;          ///< 0 and 1 on the taeniae
+    double from_fold;         ///< of the spacing
+};
+
+HaustrumPlace haustrum(const SweepPlace& at, double first_band, double spacing, double slant,
+                       std::uint32_t seed) {
+    double turn = (at.phi - first_band * pi / 180) / (2 * pi) * 3;
     turn -= std::floor(turn / 3) * 3;
-    const auto third = static_cast<std::int64_t>(turn);
-    const double in_third = turn - static_cast<double>(third);       // 0 and 1 on the bands
-    const double from_band = std::min(in_third, 1 - in_third) * 120; // degrees
-    const double off_band = smooth_step(0.4 * h.band, 1.6 * h.band, from_band);
+    HaustrumPlace out{static_cast<std::int64_t>(turn), 0, 0, 1e9};
+    out.in_third = turn - static_cast<double>(out.third);
     // Folds of each third are shifted and jittered, so they alternate round the gut.
     const double shifted =
-        at.s / h.spacing + 0.5 * hashed(third, 0, h.seed) + 0.33 * static_cast<double>(third);
-    double nearest = 1e9;
+        at.s / spacing + 0.5 * hashed(out.third, 0, seed) + 0.33 * static_cast<double>(out.third);
     const auto i = static_cast<std::int64_t>(std::floor(shifted));
-    for (std::int64_t k = i - 1; k <= i + 2; ++k)
-        nearest = std::min(nearest,
-                           std::abs(shifted - static_cast<double>(k) - 0.35 * hashed(k, third + 1, h.seed)));
-    const double d = nearest * h.spacing / h.crease;
+    for (std::int64_t k = i - 1; k <= i + 2; ++k) {
+        const double tilt = slant == 0 ? 0 : slant * (2 * hashed(k, out.third + 4, seed) - 1);
+        const double from = std::abs(shifted - static_cast<double>(k) -
+                                     0.35 * hashed(k, out.third + 1, seed) - tilt * (out.in_third - 0.5));
+        if (from < out.from_fold) out.from_fold = from, out.fold = k;
+    }
+    return out;
+}
+
+double of(const pattern::Haustra& h, Vec p) {
+    const HaustrumPlace at = haustrum(h.along->place(p), h.first_band, h.spacing, 0, h.seed);
+    const double from_band = std::min(at.in_third, 1 - at.in_third) * 120; // degrees
+    const double off_band = smooth_step(0.4 * h.band, 1.6 * h.band, from_band);
+    const double d = at.from_fold * h.spacing / h.crease;
     const double off_fold = 1 - std::exp(-d * d);
     // Between two folds the wall bulges rather than running flat.
-    const double bulge = 0.75 + 0.25 * std::sin(pi * std::min(1.0, nearest * 2));
+    const double bulge = 0.75 + 0.25 * std::sin(pi * std::min(1.0, at.from_fold * 2));
     return off_band * off_fold * bulge;
+}
+
+double of(const pattern::Semilunar& f, Vec p) {
+    const HaustrumPlace at = haustrum(f.along->place(p), f.first_band, f.spacing, 0.3, f.seed);
+    // Depth of the chord of 120 degrees below its circle, over the depth in its middle.
+    const double chord = 2 - 1 / std::cos((at.in_third - 0.5) * 2 * pi / 3);
+    const double d = at.from_fold * f.spacing / f.width;
+    const double crest = 0.85 * std::exp(-d * d) + 0.15 * std::exp(-d * d / 12); // on a broader foot
+    return (0.7 + 0.3 * hashed(at.fold, at.third + 7, f.seed)) * chord * crest;
 }
 
 double of(const pattern::Rings& r, Vec p) {

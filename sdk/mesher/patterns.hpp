@@ -37,6 +37,17 @@ struct Haustra {
     double first_band;  ///< angle of the first taenia, degrees
     std::uint32_t seed; ///< moves the folds of each third against each other
 };
+/// Half-moon folds of an insufflated colon's mucosa, each between two taeniae, the ones that go with
+/// `Haustra` of the same spacing, first band and seed: 0 between folds and on taeniae, 1 in the middle of a
+/// fold's edge. The edge is the chord from taenia to taenia, so that a height of half the radius makes the
+/// lumen a triangle.
+struct Semilunar {
+    SweepPtr along;
+    double spacing;    ///< mm from fold to fold
+    double width;      ///< half the thickness of a fold near its edge, mm
+    double first_band; ///< angle of the first taenia, degrees
+    std::uint32_t seed;
+};
 /// Rings around a sweep (plicae circulares, spiral folds of the cystic duct): 1 on a ring.
 struct Rings {
     SweepPtr along;
@@ -64,8 +75,8 @@ struct Wave {
 
 } // namespace pattern
 
-using Pattern = std::variant<pattern::Rugae, pattern::Folds, pattern::Haustra, pattern::Rings,
-                             pattern::Lobules, pattern::Noise, pattern::Wave>;
+using Pattern = std::variant<pattern::Rugae, pattern::Folds, pattern::Haustra, pattern::Semilunar,
+                             pattern::Rings, pattern::Lobules, pattern::Noise, pattern::Wave>;
 
 double relief(const Pattern& pattern, Vec p);
 
