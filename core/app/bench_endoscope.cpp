@@ -2,6 +2,7 @@
 #include "app/case_parts.hpp"
 #include "app/commands.hpp"
 #include "bench/endoscope_bench.hpp"
+#include "simulation/assets.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -18,7 +19,7 @@ void add_bench_endoscope(CLI::App& bench, Action& action) {
         action = [words = command->remaining()] {
             host::Services services;
             host::Plugins plugins(services);
-            return bench::run_endoscope(plugins, find_assets(), words, std::cout, std::cerr);
+            return bench::run_endoscope(plugins, simulation::find_assets(), words, std::cout, std::cerr);
         };
     });
 }

@@ -1,6 +1,7 @@
 #include "app/case_parts.hpp"
 
 #include "host/error.hpp"
+#include "simulation/assets.hpp"
 #include "simulation/endoscope_chain.hpp"
 #include "simulation/plugin_call.hpp"
 
@@ -9,7 +10,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdlib>
 #include <ctime>
 
 namespace calot::app {
@@ -50,24 +50,6 @@ std::string scene_text(const simulation::Plugin& procedure) {
 
 } // namespace
 
-fs::path find_assets() {
-    std::vector<fs::path> places;
-    if (const char* given = std::getenv("CALOT_ASSETS")) places.emplace_back(given);
-    std::error_code problem;
-    const fs::path program = fs::read_symlink("/proc/self/exe", problem);
-    for (fs::path folder = program.parent_path(); !folder.empty() && folder != folder.root_path();
-         folder = folder.parent_path()) {
-        places.push_back(folder / "assets");
-        places.push_back(folder / "share/calot");
-    }
-    for (const fs::path& place : places)
-        if (fs::is_directory(place / "anatomy", problem) && fs::is_directory(place / "endoscopes", problem))
-            return place;
-    throw host::UserError("assets/anatomy", "",
-                          "is in no folder above the program; set CALOT_ASSETS to the folder that holds "
-                          "anatomy and endoscopes");
-}
-
 CaseParts::CaseParts(const CaseOptions& options, const cases::Journal* replay)
     : services(options.threads), plugins(services) {
     services.set("operator.skill", options.skill);
@@ -77,12 +59,12 @@ CaseParts::CaseParts(const CaseOptions& options, const cases::Journal* replay)
     const simulation::SceneDescription scene =
         simulation::parse_scene(scene_text(p), options.procedure + ": scene");
     simulation::WorldOptions world_options;
-    world_options.assets = find_assets();
+    world_options.assets = simulation::find_assets();
     world_options.anatomy = options.anatomy;
     world_options.meshes = {options.meshes.begin(), options.meshes.end()};
     if (!options.endoscope.empty())
         world_options.endoscope =
-            simulation::find_datasheet(find_assets() / "endoscopes", options.endoscope, "--endoscope");
+            simulation::find_datasheet(world_options.assets / "endoscopes", options.endoscope, "--endoscope");
     world = simulation::load_world(scene, world_options);
     describe(options, replay);
 }

@@ -36,8 +36,4 @@ class CaseParts {
     void describe(const CaseOptions& options, const cases::Journal* replay);
 };
 
-/// The folder with anatomy/, endoscopes/ and shaders/: CALOT_ASSETS, or found upwards from the program.
-/// Throws host::UserError.
-std::filesystem::path find_assets();
-
 } // namespace calot::app

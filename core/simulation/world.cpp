@@ -208,7 +208,8 @@ std::shared_ptr<const World> load_world(const SceneDescription& scene, const Wor
 
     std::vector<geometry::OrganSurface> surfaces;
     std::vector<std::vector<std::uint32_t>> regions;
-    for (const Organ& organ : world->anatomy.organs) {
+    for (Organ& organ : world->anatomy.organs) {
+        organ.friction = options.friction.value_or(organ.friction);
         regions.emplace_back(organ.mesh.region.begin(), organ.mesh.region.end());
         surfaces.push_back(
             {.name = organ.id,

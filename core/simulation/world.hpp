@@ -53,6 +53,7 @@ struct WorldOptions {
     std::string anatomy{};             // overrides the scene's
     MeshFiles meshes{};                // an organ's mesh by its id, in place of the anatomy's
     std::filesystem::path endoscope{}; // a datasheet's file; overrides the scene's
+    std::optional<double> friction{};  // Coulomb, of every organ in place of its own
 };
 
 struct World {
