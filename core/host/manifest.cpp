@@ -1,10 +1,9 @@
 #include "host/manifest.hpp"
 
 #include "host/error.hpp"
+#include "host/toml.hpp"
 
 #include <calot/abi/plugin.h>
-
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <charconv>

@@ -1,6 +1,6 @@
 #include "rendering/appearance.hpp"
 
-#include <toml++/toml.h>
+#include "host/toml.hpp"
 
 #include <set>
 #include <stdexcept>

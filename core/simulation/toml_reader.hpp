@@ -3,8 +3,7 @@
 #pragma once
 
 #include "host/error.hpp"
-
-#include <toml++/toml.h>
+#include "host/toml.hpp"
 
 #include <cstdint>
 #include <filesystem>
