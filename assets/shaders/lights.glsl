@@ -52,9 +52,9 @@ Lit illuminate(vec3 p, vec3 n, vec3 wet_n, vec3 to_eye, vec4 gloss, float open) 
     lit.diffuse = power * wrapped(facing, gloss.w) * (0.55 + 0.45 * open);
     // ... but not for glints, which come in pairs. Half vectors: towards the eye, and aside by half the offset.
     float aside = 0.5 * u_light_shape.y / d;
-    float shorten = inversesqrt(1.0 + aside * aside);
-    float straight = dot(wet_n, to_eye);
-    float glint = glint_lobe((straight + aside * wet_n.x) * shorten) + glint_lobe((straight - aside * wet_n.x) * shorten);
+    float straight = dot(wet_n, to_eye), lengths = 1.0 + aside * aside, skew = 2.0 * aside * to_eye.x;
+    float glint = glint_lobe((straight + aside * wet_n.x) * inversesqrt(lengths + skew)) +
+                  glint_lobe((straight - aside * wet_n.x) * inversesqrt(lengths - skew));
     lit.shine = vec3(power * (gloss.x * 0.05 * broad_lobe(facing) + gloss.y * 0.026 * glint));
     // What the walls of a hollow organ throw at each other: falls off more slowly, and is redder.
     float bounce = u_light * open * kReference / (d + kReference);
