@@ -21,8 +21,10 @@ void add_run(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_list(CLI::App& app, Action& action);
 void add_bench(CLI::App& app, Action& action);
-/// `calot bench endoscope`, below `calot bench`.
+/// Below `calot bench`.
 void add_bench_endoscope(CLI::App& bench, Action& action);
+void add_bench_pipeline(CLI::App& bench, Action& action);
+void add_bench_abuse(CLI::App& bench, Action& action);
 
 /// The launcher: what `calot` does without a subcommand.
 int launch();

@@ -135,6 +135,9 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
     number(app, "--friction", o.friction, "Coulomb coefficient", 0, 10);
     number(app, "--angle", o.angle, "rad", 1e-3, 30);
     CLI::Option* seed = app.add_option("--seed", o.seed, "Of what is random in a problem");
+    number(app, "--duration", o.duration, "Of push-soak, s", 0.1, 36'000);
+    app.add_option("--anatomy", o.anatomy, "Of push-soak: reference or colon")->capture_default_str();
+    app.add_option("--endoscope", o.endoscope, "Of push-soak: a datasheet, its file or name");
     app.add_flag("--csv", as_csv, "Comma-separated instead of a table");
     try {
         std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // as CLI11 takes them

@@ -22,6 +22,9 @@ struct RodOptions {
     std::optional<double> load; ///< N for tip forces, N m for moments and torques
     std::optional<double> friction, angle;
     std::uint64_t seed = 1;
+    std::optional<double> duration;    ///< s, of soaks
+    std::string anatomy = "reference"; ///< of soaks: the name of a folder in assets/anatomy
+    std::string endoscope;             ///< of soaks: a datasheet's file or name; empty: the usual one
 };
 
 /// Makes an instance of the model at hand, created and initialised.

@@ -106,6 +106,20 @@ constexpr RodProblem problems[] = {
      "Turned by a full turn inside a bent tube. --friction: the greatest, 0.4; --angle: of the bend, rad, "
      "pi/2. lag of the tip behind the base, rad: must grow with friction.",
      "torque-lag --friction 0.3 --angle 2"},
+    {"push-soak",
+     "in anatomy, pushed, turned and steered at random at the devices' limits: stays in the lumen",
+     &run_push_soak,
+     {.load = true, .friction = true, .angle = true, .seed = true},
+     "A whole endoscope in an anatomy, its handle moved at random, smoothly and abruptly, at up to 0.3 m/s, "
+     "360 "
+     "degrees/s, wheels 180 degrees/s. --duration: s, 10 unless given; --anatomy: reference or colon; "
+     "--endoscope: a datasheet, to which EI, GJ, length, radius and mass per length then apply. --load: the "
+     "greatest push, N, 50; --friction: of every organ; --angle: the farthest turn of shaft and wheels, rad. "
+     "A "
+     "step is always the tick of 1 ms. Penetration over 1 mm at most 10 ms on end, never over half a radius, "
+     "no "
+     "node outside the lumen.",
+     "push-soak --anatomy colon --seed 3 --duration 60"},
 };
 
 Row row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,

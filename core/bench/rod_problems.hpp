@@ -49,6 +49,8 @@ std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& option
 std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& options);
+// rod_soak.cpp
+std::vector<Row> run_push_soak(const MakeInstance& make, const RodOptions& options);
 
 /// A row with the relative error against `reference`, and with an absolute one.
 Row relative_row(const char* problem, const RodOptions& options, const UniformRod& rod, const char* quantity,
