@@ -103,40 +103,43 @@ TEST_F(Colon, opens_where_the_guide_stands_and_points) {
         << "nothing lies before the anus";
 }
 
-// From the axis to the wall in the transverse colon, where it is a third of the way on either side of a
-// taenia: each fold is a dip.
-TEST_F(Colon, has_half_moon_folds_some_centimetres_apart) {
-    std::size_t dips = 0;
-    double length = 0;
-    for (int third = 0; third < 3; ++third) {
-        Vec3 side{}, before{};
+// From the axis to the wall along the transverse colon, in twelve directions: each fold is a dip where its
+// third of the circumference is looked at, and there is none on a taenia.
+TEST_F(Colon, has_half_moon_folds_between_taeniae) {
+    constexpr double from = 0.76, to = 1.05; // m along the path
+    std::vector<std::size_t> dips;
+    for (int direction = 0; direction < 12; ++direction) {
+        Vec3 side{};
         std::vector<double> depth;
         for (std::size_t i = 1; i + 1 < path.size(); ++i) {
             const Vec3 d = (1 / norm(path[i + 1] - path[i - 1])) * (path[i + 1] - path[i - 1]);
-            // Carried along without twist.
             if (i == 1) {
                 const Vec3 any = cross(d, Vec3{1, 0, 0}), u = (1 / norm(any)) * any, v = cross(d, u);
-                const double angle = 2 * std::numbers::pi * third / 3;
+                const double angle = std::numbers::pi * direction / 6;
                 side = std::cos(angle) * u + std::sin(angle) * v;
-            } else {
+            } else { // carried along without twist
                 side = side - dot(side, d) * d;
                 side = (1 / norm(side)) * side;
             }
             const double at = length_to(i);
-            if (at < 0.76 || at > 1.05) continue;
+            if (at < from || at > to) continue;
             for (int k = 0; k < 4; ++k)
                 depth.push_back(ray(wall, path[i] + (0.25 * k) * (path[i + 1] - path[i]), side));
         }
-        for (std::size_t i = 4; i + 4 < depth.size(); ++i) {
-            const double least = *std::min_element(depth.begin() + i - 4, depth.begin() + i + 5);
-            const double most = *std::max_element(depth.begin() + i - 4, depth.begin() + i + 5);
-            if (depth[i] == least && depth[i - 1] > least && most - least > 0.004) ++dips, i += 4;
+        std::size_t count = 0;
+        for (std::size_t i = 5; i + 5 < depth.size(); ++i) { // 2 mm apart
+            const double before = *std::max_element(depth.begin() + i - 5, depth.begin() + i),
+                         after = *std::max_element(depth.begin() + i + 1, depth.begin() + i + 6);
+            if (std::min(before, after) - depth[i] > 0.004) ++count, i += 5;
         }
-        length += 0.29;
+        dips.push_back(count);
     }
-    const double apart = length / static_cast<double>(dips);
-    EXPECT_GE(apart, 0.025) << dips << " folds of 4 mm and more; m between two";
-    EXPECT_LE(apart, 0.055) << dips << " folds of 4 mm and more; m between two";
+    std::sort(dips.begin(), dips.end());
+    EXPECT_LE(dips.front(), 1u) << "folds of 4 mm and more across a taenia";
+    const double apart = (to - from) / static_cast<double>(dips.back());
+    EXPECT_GE(apart, 0.030) << dips.back()
+                            << " folds of 4 mm and more; m between two, facts.tsv colon.fold_spacing";
+    EXPECT_LE(apart, 0.045) << dips.back() << " folds of 4 mm and more; m between two";
 }
 
 } // namespace

@@ -124,6 +124,29 @@ TEST(Patterns, haustra_leave_their_three_bands_flat) {
     }
 }
 
+TEST(Patterns, semilunar_folds_stand_between_the_bands_of_the_haustra_and_on_their_creases) {
+    const auto axis = std::make_shared<const Sweep>(
+        std::vector<Knot>{{.at = {0, 0, 0}, .plus_u = 20, .minus_u = 20, .plus_v = 20, .minus_v = 20},
+                          {.at = {300, 0, 0}, .plus_u = 20, .minus_u = 20, .plus_v = 20, .minus_v = 20}},
+        true, Vec{0, 0, 1}, Cap::round, Cap::round);
+    const pattern::Haustra h{axis, 30, 16, 5, 0, 1};
+    const pattern::Semilunar f{axis, 30, 2.5, 0, 1};
+    for (int band = 0; band < 3; ++band) {
+        double on_band = 0, highest = 0, at = 0;
+        for (double x = 40; x < 260; x += 0.5) {
+            const double on = band * 2 * M_PI / 3, off = on + M_PI / 3;
+            on_band = std::max(on_band, relief(f, {x, 20 * std::cos(on), 20 * std::sin(on)}));
+            const double here = relief(f, {x, 20 * std::cos(off), 20 * std::sin(off)});
+            if (here > highest) highest = here, at = x;
+        }
+        EXPECT_LT(on_band, 0.01) << "band " << band;
+        EXPECT_GE(highest, 0.7) << "between bands " << band << " and " << band + 1;
+        EXPECT_LE(highest, 1);
+        const double off = band * 2 * M_PI / 3 + M_PI / 3;
+        EXPECT_LT(relief(h, {at, 20 * std::cos(off), 20 * std::sin(off)}), 0.05) << "a crease under the fold";
+    }
+}
+
 // ---- Descriptions
 // --------------------------------------------------------------------------------------------------
 
