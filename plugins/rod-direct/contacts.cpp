@@ -1,27 +1,29 @@
 // Contacts inside the solve: non-penetration with the other side's compliance and Coulomb friction with
-// stick, by an active set (semi-smooth Newton) whose forces are linear in the rod's displacement. A segment
-// is rigid, so a contact moves with one of its nodes and the segment's turn: its stiffness stays within that
-// segment's block and the coupling to one neighbour.
+// stick, by semi-smooth Newton passes with an exact line search. A segment is rigid, so a contact moves with
+// one of its nodes and the segment's turn: its stiffness stays within that segment's block and the coupling
+// to one neighbour.
 #include "direct_rod.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace calot::rod_direct {
 
 namespace {
 
+using Clock = std::chrono::steady_clock;
+
 // m/N, of any contact, in all directions: 1 um under 10 N. Rigid walls are met this closely.
-constexpr double least_compliance = 1e-7;
+constexpr double least_give = 1e-7;
 // Overlap that is there at a tick's start is taken back by this share of it, and no faster than the recovery
 // speed.
 constexpr double taken_back = 0.25;
-// A friction bound follows the normal force until it is this close, relative and N.
-constexpr double same_force = 0.05, small_force = 1e-3;
-// Passes in which friction's direction and bound are still followed.
-constexpr int friction_passes = 3;
-// From these passes on a contact no longer changes between stick and slip, or opens: an end to cycles.
-constexpr int last_switch = 6, closing_only = 6;
+// What a pass may leave: overlap of an open contact (m); a closed one's pull, and friction off its law, by a
+// share of the force or by what moves its node this far (m) in a tick.
+constexpr double small_overlap = 1e-6, small_share = 0.05, small_way = 1e-7;
+// What most_friction keeps of itself while the normal force is less.
+constexpr double kept = 0.8;
 
 inline Vec<double> vec(const Vec3& a) {
     return {a.x, a.y, a.z};
@@ -90,7 +92,12 @@ void DirectRod::prepare_contacts() {
         const auto start = [&](int j, double t) { return (1.0 - t) * row(x0_, j) + t * row(x0_, j + 1); };
         r.start = start(c.segment, c.along);
         const auto& m = c.compliance;
-        r.compliance = {m[0], 0.5 * (m[1] + m[3]), 0.5 * (m[2] + m[6]), m[4], 0.5 * (m[5] + m[7]), m[8]};
+        const Vec3 given{m[0] * c.normal.x + m[1] * c.normal.y + m[2] * c.normal.z,
+                         m[3] * c.normal.x + m[4] * c.normal.y + m[5] * c.normal.z,
+                         m[6] * c.normal.x + m[7] * c.normal.y + m[8] * c.normal.z};
+        const double along = std::max(0.0, dot(c.normal, given));
+        r.give = least_give + along;
+        r.give_across = least_give + std::max(0.0, 0.5 * (m[0] + m[4] + m[8] - along));
         Vec3 between = r.start;
         if (c.other_segment >= 0) {
             const int o = c.other_segment;
@@ -98,80 +105,75 @@ void DirectRod::prepare_contacts() {
             r.other_lever = radius_[at(o)] * c.normal;
             r.other_start = start(o, c.other_along);
             between -= r.other_start;
-            // Until it is solved for with the other segment's own displacement, that gives way by its nodes'
-            // masses.
-            const double t = c.other_along;
-            const double give =
-                (1.0 - t) * (1.0 - t) * inverse_inertia_[at(o)] + t * t * inverse_inertia_[at(o) + 1];
-            r.compliance.xx += give, r.compliance.yy += give, r.compliance.zz += give;
+            r.give += other_give(r), r.give_across += other_give(r);
         }
         const double before = r.gap + dot(r.normal, between - r.centre);
         if (before < 0.0) r.bound = before + std::min(recovery_speed_ * now_.dt, -taken_back * before);
-        const ContactMemory* known = nullptr;
-        for (std::size_t s = 0; s < memory_count_ && known == nullptr; ++s) {
+        for (std::size_t s = 0; s < memory_count_; ++s) {
             // Contacts mostly keep their order from tick to tick.
-            const ContactMemory& candidate = memory_[(k + s) % memory_count_];
-            if (candidate.id == c.id) known = &candidate;
-        }
-        if (known != nullptr) {
-            r.anchor = known->anchor - dot(known->anchor, r.normal) * r.normal;
-            r.f_n = std::max(0.0, dot(known->f, r.normal));
-            r.reaction = known->f;
-            r.touch = known->slips ? Touch::slip : Touch::stick;
-            const Vec3 across = known->f - dot(known->f, r.normal) * r.normal;
-            r.heading = norm(across) > 0.0 ? normalized(across) : Vec3{};
-        } else {
-            const double gap = gap_now(r);
-            if (gap < r.bound) {
-                r.touch = Touch::slip;
-                const double give =
-                    inverse_inertia_[at(r.node)] + dot(r.normal, times(r.compliance, r.normal));
-                if (give > 0.0) r.f_n = (r.bound - gap) / give;
-            }
-        }
-        if (r.touch == Touch::slip) {
-            const Vec3 s = slip(r);
-            r.slid = norm(s);
-            if (r.slid > least_compliance * r.friction * r.f_n) r.heading = (-1.0 / r.slid) * s;
+            const ContactMemory& known = memory_[(k + s) % memory_count_];
+            if (known.id != c.id) continue;
+            r.anchor = known.anchor - dot(known.anchor, r.normal) * r.normal;
+            r.given = known.f;
+            r.was_closed = dot(known.f, r.normal) > 0.0;
+            r.most_friction = r.friction * known.most_normal;
+            break;
         }
     }
 }
 
-// The contact's force as a linear function of its displacement from the present iterate.
-void DirectRod::law(ContactRow& r) const {
-    r.stiffness = {};
-    r.force = {};
-    if (r.touch == Touch::open) return;
-    Vec3 shift{};
-    if (r.other >= 0) {
-        // The other segment's displacement at the last solve, were its reaction not there.
-        const double t = r.other_along;
-        const double give =
-            (1.0 - t) * (1.0 - t) * inverse_inertia_[at(r.other)] + t * t * inverse_inertia_[at(r.other) + 1];
-        shift = -r.other_moved - give * r.reaction;
+// How the other segment of a self-contact gives way, until that is solved for: by its nodes' masses.
+double DirectRod::other_give(const ContactRow& r) const {
+    const double t = r.other_along;
+    return (1.0 - t) * (1.0 - t) * inverse_inertia_[at(r.other)] + t * t * inverse_inertia_[at(r.other) + 1];
+}
+
+void DirectRod::begin_passes() {
+    for (std::size_t k = 0; k < row_count_; ++k) {
+        ContactRow& r = rows_[k];
+        r.arm = arm(r.segment, r.along, r.lever);
+        r.gap_0 = gap_now(r) - r.bound;
+        r.slip_0 = slip(r);
+        r.moved = r.other_moved = {};
+        linearise(r, r.was_closed);
     }
-    const double gap = gap_now(r) + dot(r.normal, shift) - r.bound;
-    Vec3 across = slip(r) + shift;
-    across -= dot(across, r.normal) * r.normal;
-    if (r.touch == Touch::stick) {
-        Sym<double> c = r.compliance;
-        c.xx += least_compliance, c.yy += least_compliance, c.zz += least_compliance;
-        double minors[3];
-        r.stiffness = inverse(c, minors);
-        r.force = -times(r.stiffness, gap * r.normal + across);
-        return;
+}
+
+// A contact's force where its surface point has moved by `moved`, and how it changes there. Friction is
+// min(bound, coefficient times normal force) against the slip: what of it changes with the normal force has
+// no potential and is left out of the stiffness. `is_closed`: it is taken as closed, whatever its gap.
+Vec3 DirectRod::force_at(const ContactRow& r, const Vec3& moved, bool is_closed,
+                         Sym<double>* stiffness) const {
+    Vec3 by = moved;
+    if (r.other >= 0) by -= r.other_moved + other_give(r) * r.given;
+    const double gap = r.gap_0 + dot(r.normal, by);
+    if (stiffness != nullptr) *stiffness = {};
+    if (gap >= 0.0 && !is_closed) return {};
+    const double normal = -gap / r.give;
+    Vec3 f = normal * r.normal;
+    if (stiffness != nullptr) add_outer(*stiffness, 1.0 / r.give, r.normal);
+    const double most =
+        is_closed ? r.most_friction : std::min(r.most_friction, r.friction * std::max(0.0, normal));
+    if (!(most > 0.0)) return f;
+    Vec3 slid = r.slip_0 + by;
+    slid -= dot(slid, r.normal) * r.normal;
+    const double size = norm(slid), sticks = most * r.give_across;
+    if (size <= sticks) {
+        if (stiffness != nullptr) {
+            const double k = 1.0 / r.give_across;
+            add_outer(*stiffness, -k, r.normal);
+            stiffness->xx += k, stiffness->yy += k, stiffness->zz += k;
+        }
+        return f - (1.0 / r.give_across) * slid;
     }
-    const double bound = r.friction * r.f_n;
-    const double c = least_compliance + dot(r.normal, times(r.compliance, r.normal));
-    const double beside = bound > 0.0 ? bound * dot(r.normal, times(r.compliance, r.heading)) : 0.0;
-    add_outer(r.stiffness, 1.0 / c, r.normal);
-    r.force = (-(gap + beside) / c) * r.normal;
-    if (!(bound > 0.0)) return;
     // As the surfaces slide another way friction turns with them.
-    const double turning = bound / std::max(r.slid, least_compliance * bound);
-    const Vec3 side = cross(r.normal, r.heading);
-    add_outer(r.stiffness, turning, side);
-    r.force += bound * r.heading - (turning * dot(side, across)) * side;
+    if (stiffness != nullptr) add_outer(*stiffness, most / size, (1.0 / size) * cross(r.normal, slid));
+    return f - (most / size) * slid;
+}
+
+void DirectRod::linearise(ContactRow& r, bool is_closed) const {
+    const Vec3 f = force_at(r, r.moved, is_closed, &r.stiffness);
+    r.force = f + times(r.stiffness, r.moved);
 }
 
 DirectRod::Touched& DirectRod::touched(int j) {
@@ -189,10 +191,8 @@ void DirectRod::gather_contacts() {
         touched_slot_[at(touched_[k].segment)] = -1;
     touched_count_ = 0;
     for (std::size_t k = 0; k < row_count_; ++k) {
-        ContactRow& r = rows_[k];
-        law(r);
-        r.arm = arm(r.segment, r.along, r.lever);
-        if (r.touch == Touch::open) continue;
+        const ContactRow& r = rows_[k];
+        if (r.stiffness.xx + r.stiffness.yy + r.stiffness.zz == 0.0) continue;
         Touched& t = touched(r.segment);
         const Mat<double> turn = turn_matrix(r.arm), coupling = rod_direct::times(r.stiffness, turn);
         t.stiffness = t.stiffness + r.stiffness;
@@ -202,8 +202,8 @@ void DirectRod::gather_contacts() {
         t.torque += cross(r.arm, r.force);
         if (r.other < 0) continue;
         Touched& o = touched(r.other);
-        o.force -= r.reaction;
-        o.torque -= cross(arm(r.other, r.other_along, r.other_lever), r.reaction);
+        o.force -= r.given;
+        o.torque -= cross(arm(r.other, r.other_along, r.other_lever), r.given);
     }
 }
 
@@ -298,10 +298,6 @@ void DirectRod::complete_system() {
         const double v[6] = {sum.xx + diagonal, sum.xy, sum.xz, sum.yy + diagonal, sum.yz, sum.zz + diagonal};
         for (int c = 0; c < 6; ++c)
             s.v[c][at(j)] = v[c];
-        // On the axis sideways forces act on nothing.
-        if (j + 1 <= mouth)
-            for (int c : {0, 3, 5})
-                s.v[c][at(j)] += s.w[at(j)];
     }
     for (int k = 0; k < 3; ++k) {
         const double *f = free_[k].data(), *n = force_[k].data(), *soft = s.soft.data();
@@ -341,73 +337,129 @@ void DirectRod::displace() {
     set_node(moved_, m_, p);
 }
 
-// What each contact does at the solution. True if the next pass would use other laws.
-bool DirectRod::judge_contacts(int pass) {
-    bool changes = false;
+// What each contact does at the solution. True if its law there is another than the one that was solved with.
+bool DirectRod::judge_contacts() {
+    bool differs = false;
     for (std::size_t k = 0; k < row_count_; ++k) {
         ContactRow& r = rows_[k];
-        const Vec3 moved = displacement(r.node, r.segment, r.arm);
-        Vec3 other{};
+        const double small_force = small_way * inertia_[at(r.node)];
+        r.next = displacement(r.node, r.segment, r.arm);
+        r.f = r.force - times(r.stiffness, r.next);
         if (r.other >= 0) {
-            other = displacement(near_node(r.other), r.other, arm(r.other, r.other_along, r.other_lever));
-            r.other_moved = other;
+            if (norm(r.f - r.given) > small_share * norm(r.f) + small_force) differs = true;
+            r.other_moved =
+                displacement(near_node(r.other), r.other, arm(r.other, r.other_along, r.other_lever));
+            r.given = r.f;
         }
-        r.f = r.force - times(r.stiffness, moved);
-        const double gap = gap_now(r) + dot(r.normal, moved - other), f_n = dot(r.f, r.normal);
-        Vec3 slid = slip(r) + moved - other;
-        slid -= dot(slid, r.normal) * r.normal;
-        const auto slide = [&](const Vec3& fallback) {
-            r.slid = norm(slid);
-            const Vec3 heading = r.slid > least_compliance * r.friction * r.f_n && r.slid > 0.0
-                                     ? (-1.0 / r.slid) * slid
-                                     : fallback;
-            const double turned = dot(heading, r.heading);
-            r.heading = heading;
-            return turned;
-        };
-        if (r.other >= 0) {
-            if (norm(r.f - r.reaction) > same_force * norm(r.f) + small_force) changes = true;
-            r.reaction = r.f;
-        }
-        if (r.touch == Touch::open) {
-            if (gap >= r.bound) continue;
-            const double give = inverse_inertia_[at(r.node)] + dot(r.normal, times(r.compliance, r.normal));
-            r.f_n = give > 0.0 ? (r.bound - gap) / give : 0.0;
-            r.touch = Touch::slip;
-            slide({});
-            changes = true;
-            continue;
-        }
-        if (f_n <= 0.0 && pass < closing_only) {
-            r.touch = Touch::open;
-            r.f_n = 0.0;
-            changes = true;
-            continue;
-        }
-        const double bound_before = r.friction * r.f_n;
-        r.f_n = std::max(0.0, f_n);
-        if (r.friction == 0.0) continue;
-        if (r.touch == Touch::stick) {
-            const Vec3 across = r.f - f_n * r.normal;
-            const double size = norm(across);
-            if (size <= r.friction * r.f_n) continue;
-            r.touch = Touch::slip;
-            slide(across / size);
-            if (pass < last_switch) changes = true;
-            continue;
-        }
-        if (dot(slid, r.heading) > 0.0 || r.heading == Vec3{}) {
-            r.touch = Touch::stick;
-            if (pass < last_switch) changes = true;
-            continue;
-        }
-        const double turned = slide(r.heading);
-        const double off = std::fabs(r.friction * r.f_n - bound_before);
-        if (pass < friction_passes &&
-            (off > same_force * bound_before + small_force || (turned < 0.99 && bound_before > small_force)))
-            changes = true;
+        const Vec3 right = force_at(r, r.next, false, nullptr);
+        const double f_n = dot(r.f, r.normal), right_n = dot(right, r.normal);
+        const Vec3 off = right - r.f - (right_n - f_n) * r.normal;
+        if (f_n == 0.0 ? right_n > small_overlap / r.give : f_n < -small_force) differs = true;
+        const double bound = std::min(r.most_friction, r.friction * std::max(0.0, right_n));
+        if (norm(off) > small_share * bound + small_force) differs = true;
     }
-    return changes;
+    return differs;
+}
+
+// How far to go from the former pass's displacements to this one's: to where the contacts' energy and the
+// rod's are least. Their slope along the way is piecewise linear and, but for friction that falls with the
+// normal force, rising.
+double DirectRod::contact_share(double curvature) const {
+    const auto slope = [&](double t) {
+        double sum = -(1.0 - t) * curvature;
+        for (std::size_t k = 0; k < row_count_; ++k) {
+            const ContactRow& r = rows_[k];
+            const Vec3 way = r.next - r.moved;
+            sum += dot(way, r.f - force_at(r, r.moved + t * way, false, nullptr));
+        }
+        return sum;
+    };
+    double low = 0.0, high = 1.0;
+    if (!(curvature > 0.0) || slope(1.0) <= 1e-12) return 1.0;
+    for (int i = 0; i < 12; ++i) {
+        const double middle = 0.5 * (low + high);
+        (slope(middle) > 0.0 ? high : low) = middle;
+    }
+    // Some way must be made, even where the bound of friction spoils the picture.
+    return std::max(low, 0.05);
+}
+
+// Twice the energy, of the rod without contacts, of the way from `taken` to the solution.
+double DirectRod::way_energy() const {
+    double sum = 0.0;
+    const auto way = [&](const Array* to, const Array* from, int i) { return row(to, i) - row(from, i); };
+    const auto times_sym = [&](const Array* s, int i, const Vec3& a) {
+        const std::size_t e = at(i);
+        return Vec3{s[0][e] * a.x + s[1][e] * a.y + s[2][e] * a.z,
+                    s[1][e] * a.x + s[3][e] * a.y + s[4][e] * a.z,
+                    s[2][e] * a.x + s[4][e] * a.y + s[5][e] * a.z};
+    };
+    for (int i = 0; i < n_; ++i) {
+        const Vec3 p = way(moved_, taken_moved_, i);
+        const bool is_base = i == 0 && now_.base.mode == EndMode::coupled;
+        sum += (is_base ? 1.0 / solver_.w[0] : inertia_[at(i)]) * dot(p, p);
+    }
+    Vec3 last{};
+    for (int j = 0; j < m_; ++j) {
+        const Vec3 a = way(solver_.a, taken_turn_, j);
+        sum += dot(a, times_sym(h_, j, a));
+        if (j > 0) sum -= 2.0 * dot(last, times_sym(solver_.k, j, a) - cross(row(solver_.c, j), a));
+        last = a;
+    }
+    return sum;
+}
+
+void DirectRod::take(double share) {
+    const auto blend = [&](Array* to, const Array* from) {
+        for (int k = 0; k < 3; ++k)
+            for (std::size_t i = 0; i < to[k].size(); ++i)
+                to[k][i] += share * (from[k][i] - to[k][i]);
+    };
+    if (share == 1.0) {
+        for (int k = 0; k < 3; ++k) {
+            std::copy(moved_[k].begin(), moved_[k].end(), taken_moved_[k].begin());
+            std::copy(solver_.a[k].begin(), solver_.a[k].end(), taken_turn_[k].begin());
+            std::copy(solver_.n[k].begin(), solver_.n[k].end(), force_[k].begin());
+        }
+    } else {
+        blend(taken_moved_, moved_), blend(taken_turn_, solver_.a), blend(force_, solver_.n);
+    }
+    for (std::size_t k = 0; k < row_count_; ++k) {
+        ContactRow& r = rows_[k];
+        r.moved = share == 1.0 ? r.next : r.moved + share * (r.next - r.moved);
+    }
+}
+
+// Passes until the contacts' laws are those that were solved with. False: not solvable.
+bool DirectRod::solve_contacts(int most_passes) {
+    begin_passes();
+    for (int pass = 0;; ++pass) {
+        const auto t0 = timing_ ? Clock::now() : Clock::time_point{};
+        gather_contacts();
+        complete_system();
+        const auto t1 = timing_ ? Clock::now() : Clock::time_point{};
+        if (!solver_.solve()) return false;
+        ++times_.solves;
+        const auto t2 = timing_ ? Clock::now() : Clock::time_point{};
+        displace();
+        const bool caps = judge_caps(), contacts = judge_contacts(), done = !caps && !contacts;
+        const double share = done || pass == 0 ? 1.0 : contact_share(way_energy());
+        take(share);
+        const bool is_last = pass + 1 >= most_passes;
+        if (!done)
+            for (std::size_t k = 0; k < row_count_; ++k) {
+                ContactRow& r = rows_[k];
+                r.was_closed = false;
+                linearise(r, false);
+                if (is_last) r.f = force_at(r, r.moved, false, nullptr);
+            }
+        if (timing_) {
+            const double solving = std::chrono::duration<double>(t2 - t1).count();
+            times_.solve += solving;
+            times_.contacts += std::chrono::duration<double>(Clock::now() - t0).count() - solving;
+        }
+        if (done || is_last) return true;
+    }
 }
 
 void DirectRod::finish_contacts() {
@@ -416,11 +468,13 @@ void DirectRod::finish_contacts() {
         const ContactRow& r = rows_[k];
         const auto index = static_cast<std::size_t>(r.index);
         impulse_[index] = now_.dt * r.f;
-        if (r.touch == Touch::open) continue;
+        const double normal = std::max(0.0, dot(r.f, r.normal));
+        const double before = r.friction > 0.0 ? kept * r.most_friction / r.friction : 0.0;
+        if (normal == 0.0 && !(before > small_way * inertia_[at(r.node)])) continue;
         // Friction is carried by what the surfaces' own compliance has given way.
         const Vec3 across = r.f - dot(r.f, r.normal) * r.normal;
-        memory_[memory_count_++] = {now_.contacts[index].id, -least_compliance * across, r.f,
-                                    r.touch == Touch::slip};
+        memory_[memory_count_++] = {now_.contacts[index].id, normal > 0.0 ? -least_give * across : Vec3{},
+                                    r.f, std::max(normal, before)};
     }
     now_.contacts = {};
 }

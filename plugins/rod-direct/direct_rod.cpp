@@ -18,7 +18,7 @@ constexpr double most_guessed = 0.3, most_turned = 0.6;
 // A linearisation that turns a segment by more than this against the guess is followed by another. What one
 // leaves is about the square of it, and the next tick sees that.
 constexpr double again_above = 0.02;
-constexpr int most_linearisations = 6, most_passes = 9;
+constexpr int most_linearisations = 6, most_passes = 16;
 
 using Clock = std::chrono::steady_clock;
 
@@ -61,10 +61,11 @@ DirectRod::DirectRod(const RodDescription& d)
         require(l > 1e-9 && l < 1e6, "length", "must be positive and finite");
     for (const Property& p : properties)
         require((d.properties.*p.values).size() == m, p.name, "needs one value for each segment");
-    for (auto* group : {x_, v_, x0_, b_, free_, moved_, k_, rest_, viscosity_, kv_, offset_, moment_})
+    for (auto* group :
+         {x_, v_, x0_, b_, free_, moved_, taken_moved_, k_, rest_, viscosity_, kv_, offset_, moment_})
         for (int i = 0; i < 3; ++i)
             group[i].assign(n, 0.0);
-    for (auto* group : {spin_, force_, turn_, turn_guess_, direction_, g_})
+    for (auto* group : {spin_, force_, turn_, turn_guess_, direction_, taken_turn_, g_})
         for (int i = 0; i < 3; ++i)
             group[i].assign(m, 0.0);
     for (int i = 0; i < 6; ++i)
@@ -263,7 +264,7 @@ void DirectRod::begin(const StepInput& input) {
 // Takes a share of the solved increments.
 void DirectRod::advance(double share) {
     double *qw = q_[0].data() + 1, *qx = q_[1].data() + 1, *qy = q_[2].data() + 1, *qz = q_[3].data() + 1;
-    const double *ax = solver_.a[0].data(), *ay = solver_.a[1].data(), *az = solver_.a[2].data();
+    const double *ax = taken_turn_[0].data(), *ay = taken_turn_[1].data(), *az = taken_turn_[2].data();
     double *ux = turn_[0].data(), *uy = turn_[1].data(), *uz = turn_[2].data();
     const double half = 0.5 * share;
 #pragma GCC ivdep
@@ -276,15 +277,13 @@ void DirectRod::advance(double share) {
         qw[j] = nw * unit, qx[j] = nx * unit, qy[j] = ny * unit, qz[j] = nz * unit;
         ux[j] += share * ax[j], uy[j] += share * ay[j], uz[j] += share * az[j];
     }
-    for (int k = 0; k < 3; ++k)
-        std::copy(solver_.n[k].begin(), solver_.n[k].end(), force_[k].begin());
     const bool is_held = now_.base.mode == EndMode::clamped || on_axis_ > 0;
     Vec3 centre{};
     double mass = 0.0;
     if (!is_held)
         for (int i = 0; i < n_; ++i)
-            centre += mass_[at(i)] * (position(i) + share * row(moved_, i)), mass += mass_[at(i)];
-    set_node(x_, 0, position(0) + share * row(moved_, 0));
+            centre += mass_[at(i)] * (position(i) + share * row(taken_moved_, i)), mass += mass_[at(i)];
+    set_node(x_, 0, position(0) + share * row(taken_moved_, 0));
     hold_ends();
     lay_out();
     if (is_held) return;
@@ -299,41 +298,29 @@ void DirectRod::advance(double share) {
 
 bool DirectRod::solve_tick() {
     bool with_geometry = true;
+    int passes = most_passes;
     for (int round = 0; round < most_linearisations; ++round) {
-        const auto t0 = timing_ ? Clock::now() : Clock::time_point{};
+        const auto start = timing_ ? Clock::now() : Clock::time_point{};
         assemble(with_geometry);
         add_ends();
-        if (timing_) times_.assembly += seconds_since(t0);
+        if (timing_) times_.assembly += seconds_since(start);
         ++times_.linearisations;
-        for (int pass = 0; pass < most_passes; ++pass) {
-            const auto t1 = timing_ ? Clock::now() : Clock::time_point{};
-            gather_contacts();
-            complete_system();
-            const auto t2 = timing_ ? Clock::now() : Clock::time_point{};
-            bool solved = solver_.solve();
-            ++times_.solves;
-            if (!solved && with_geometry) {
-                with_geometry = false;
-                assemble(false);
-                add_ends();
-                complete_system();
-                solved = solver_.solve();
-            }
-            if (!solved) return false;
-            const auto t3 = timing_ ? Clock::now() : Clock::time_point{};
-            displace();
-            const bool caps = judge_caps(), contacts = judge_contacts(pass);
-            if (timing_)
-                times_.contacts += seconds_since(t1) - std::chrono::duration<double>(t3 - t2).count(),
-                    times_.solve += std::chrono::duration<double>(t3 - t2).count();
-            if (!caps && !contacts) break;
+        const int before = times_.solves;
+        bool solved = solve_contacts(passes);
+        if (!solved && with_geometry) {
+            with_geometry = false;
+            assemble(false);
+            add_ends();
+            solved = solve_contacts(passes);
         }
+        if (!solved) return false;
         double most = 0.0;
-        const double *ax = solver_.a[0].data(), *ay = solver_.a[1].data(), *az = solver_.a[2].data();
+        const double *ax = taken_turn_[0].data(), *ay = taken_turn_[1].data(), *az = taken_turn_[2].data();
         for (int j = 0; j < m_; ++j)
             most = std::max(most, ax[j] * ax[j] + ay[j] * ay[j] + az[j] * az[j]);
         most = std::sqrt(most);
         advance(most > most_turned ? most_turned / most : 1.0);
+        passes = std::max(2, passes - (times_.solves - before));
         if (!(most > again_above)) break;
     }
     return all_finite();

@@ -187,22 +187,29 @@ class DirectRod {
 
     // contacts.cpp
     void prepare_contacts();
+    double other_give(const ContactRow& row) const;
+    void begin_passes();
+    Vec3 force_at(const ContactRow& row, const Vec3& moved, bool is_closed, Sym<double>* stiffness) const;
+    void linearise(ContactRow& row, bool is_closed) const;
     void gather_contacts();
     void complete_system();
     void displace();
-    bool judge_contacts(int iteration);
+    bool judge_contacts();
+    double contact_share(double curvature) const;
+    double way_energy() const;
+    void take(double share);
+    bool solve_contacts(int most_passes);
     void finish_contacts();
-    void law(ContactRow& row) const;
     Vec3 slip(const ContactRow& row) const;
     double gap_now(const ContactRow& row) const;
     Vec3 node_displacement(int i) const { return row(moved_, i); }
+    /// The end of a segment that is nearer to the solver's start.
+    int near_node(int segment) const { return segment <= solver_.middle() ? segment : segment + 1; }
     Vec3 point(int segment, double along) const;
     Vec3 displacement(int node, int segment, const Vec3& arm) const;
     Vec3 arm(int segment, double along, const Vec3& lever) const;
     struct Touched;
     Touched& touched(int segment);
-    /// The end of a segment that is nearer to the solver's start.
-    int near_node(int segment) const { return segment <= solver_.middle() ? segment : segment + 1; }
 
     // state.cpp
     template<class Rod, class F>
@@ -212,11 +219,14 @@ class DirectRod {
     double recovery_speed_ = 0.2;
 
     // Nodes: N values. x0, v: at the tick's start; b: force on the node at the present iterate but for the
-    // section forces; free: displacement by it alone; moved: displacement that was solved for.
-    Array x_[3], v_[3], x0_[3], b_[3], free_[3], moved_[3], mass_, node_drag_, inertia_, inverse_inertia_;
+    // section forces; free: displacement by it alone; moved: displacement that was solved for;
+    // taken: what the passes came to.
+    Array x_[3], v_[3], x0_[3], b_[3], free_[3], moved_[3], taken_moved_[3], mass_, node_drag_, inertia_,
+        inverse_inertia_;
     // Segments: N-1 values. turn: rotation since the tick's start, world; turn_guess: what it were without
     // torques.
-    Array spin_[3], force_[3], turn_[3], turn_guess_[3], direction_[3], length_, transverse_, polar_;
+    Array spin_[3], force_[3], turn_[3], turn_guess_[3], direction_[3], taken_turn_[3], length_, transverse_,
+        polar_;
     Array h_[6], g_[3]; // of the rod alone
     Array mass_per_length_, radius_, bending_1_, bending_2_, torsion_, bending_damping_, torsion_damping_,
         drag_, friction_;

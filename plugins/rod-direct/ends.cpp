@@ -186,7 +186,7 @@ void DirectRod::report_ends() {
     const auto section = [&](int j) { return row(force_, j); };
     const auto turned_moment = [&](int joint, int j) { // by the last increment of segment j
         const std::size_t i = at(joint);
-        const Vec3 a = row(solver_.a, j);
+        const Vec3 a = row(taken_turn_, j);
         return Vec3{joint_k_[0][i] * a.x + joint_k_[1][i] * a.y + joint_k_[2][i] * a.z,
                     joint_k_[1][i] * a.x + joint_k_[3][i] * a.y + joint_k_[4][i] * a.z,
                     joint_k_[2][i] * a.x + joint_k_[4][i] * a.y + joint_k_[5][i] * a.z};
@@ -195,7 +195,7 @@ void DirectRod::report_ends() {
         Vec3 f;
         for (std::size_t k = 0; k < row_count_; ++k) {
             if (rows_[k].node == i) f += rows_[k].f;
-            if (rows_[k].other >= 0 && near_node(rows_[k].other) == i) f -= rows_[k].reaction;
+            if (rows_[k].other >= 0 && near_node(rows_[k].other) == i) f -= rows_[k].given;
         }
         return f;
     };

@@ -50,7 +50,7 @@ End end(const calot_rod_end& e) {
     return out;
 }
 
-Contact contact(const calot_contact& c, double dt) {
+Contact contact(const calot_contact& c, double dt, std::span<const double> radius) {
     Contact out;
     out.segment = static_cast<std::int32_t>(c.segment), out.along = c.t;
     out.normal = normalized(vec3(c.normal)), out.gap = c.gap, out.centre = vec3(c.axis_point);
@@ -60,6 +60,8 @@ Contact contact(const calot_contact& c, double dt) {
         out.compliance[i] = c.compliance[i] * dt;
     if ((c.flags & CALOT_CONTACT_SELF) != 0) {
         out.other_segment = static_cast<std::int32_t>(c.other_segment), out.other_along = c.other_t;
+        // Both sides move: what the rod follows is the way from the other axis to this one.
+        out.centre -= vec3(c.point) - radius[c.other_segment] * out.normal;
         out.motion = {};
     }
     return out;
@@ -155,7 +157,7 @@ class DirectRodPlugin final : public Rod, public Costed {
         input_.rest_darboux = span(in.rest_darboux);
         const auto list = items<calot_contact>(in.contacts);
         for (std::size_t i = 0; i < list.size(); ++i)
-            contacts_[i] = contact(list[i], dt_);
+            contacts_[i] = contact(list[i], dt_, properties_[1]);
         input_.contacts = {contacts_.data(), list.size()};
         if (input_.base.mode == EndMode::coupled && !input_.guide.present)
             return Result::discard(CALOT_CODE_INVALID_ARGUMENT, "input.base.mode",

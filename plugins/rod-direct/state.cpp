@@ -41,8 +41,7 @@ void DirectRod::save(std::span<double> state) const {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const ContactMemory m = k < memory_count_ ? memory_[k] : ContactMemory{};
         const double high = static_cast<double>(m.id >> 32), low = static_cast<double>(m.id & 0xffffffffu);
-        for (double v :
-             {high, low, m.anchor.x, m.anchor.y, m.anchor.z, m.f.x, m.f.y, m.f.z, m.slips ? 1.0 : 0.0})
+        for (double v : {high, low, m.anchor.x, m.anchor.y, m.anchor.z, m.f.x, m.f.y, m.f.z, m.most_normal})
             state[to++] = v;
     }
 }
@@ -68,7 +67,7 @@ bool DirectRod::load(std::span<const double> state) {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const double* s = state.data() + contacts + contact_values * k;
         const auto id = (static_cast<std::uint64_t>(s[0]) << 32) | static_cast<std::uint64_t>(s[1]);
-        memory_[k] = {id, {s[2], s[3], s[4]}, {s[5], s[6], s[7]}, s[8] != 0.0};
+        memory_[k] = {id, {s[2], s[3], s[4]}, {s[5], s[6], s[7]}, s[8]};
     }
     update_joints();
     return true;
