@@ -32,7 +32,9 @@ struct ContactRow {
     int segment = 0; ///< its nodes are segment and segment + 1
     int node = 0;    ///< the one of them whose displacement, with the segment's turn, gives the contact's
     double along = 0;
-    Vec3 normal, lever;               ///< lever: m, from the centreline to the surface
+    Vec3 normal;
+    Vec3 across; ///< unit; across the rod, in the contact's plane
+    Vec3 lever;  ///< m, along the axis: the surface moves by lever . turn across, beside its centreline
     double gap = 0, bound = 0;        ///< m; bound: the least gap that the tick shall end with
     double friction = 0;              ///< coefficient
     double most_friction = 0;         ///< N; besides friction times the normal force
@@ -42,20 +44,22 @@ struct ContactRow {
     int other = -1;                   ///< segment, in self-contact
     double other_along = 0;
     Vec3 other_lever, other_start;
-    bool was_closed = false; ///< in the last tick
+    double was_normal = 0; ///< N, in the last tick
 
     // Of one linearisation.
-    Vec3 arm;         ///< m, from the node to the surface point
-    double gap_0 = 0; ///< m; above the bound
-    Vec3 slip_0;      ///< m
+    Vec3 arm;            ///< m, from the node to the centreline point
+    double gap_0 = 0;    ///< m; above the bound
+    Vec3 slip_0;         ///< m
+    double across_0 = 0; ///< m; of the centreline's motion against the other side in this tick, across
 
     // Of one pass. Force on the rod = force - stiffness moved.
     Vec3 moved; ///< m, of the surface point from the linearisation's iterate
     Sym<double> stiffness{};
     Vec3 force;
-    Vec3 f;     ///< N, on the rod, of the last solve
-    Vec3 next;  ///< m; where the last solve moves it to
-    Vec3 given; ///< N, what the other segment was given the negative of
+    double film = 0; ///< N/m; the film's force on the centreline is -film (across_0 + across . its way)
+    Vec3 f;          ///< N, on the rod, of the last solve
+    Vec3 next;       ///< m; where the last solve moves it to
+    Vec3 given;      ///< N, what the other segment was given the negative of
     Vec3 other_moved;
 };
 

@@ -18,7 +18,7 @@ constexpr double most_guessed = 0.3, most_turned = 0.6;
 // A linearisation that turns a segment by more than this against the guess is followed by another. What one
 // leaves is about the square of it, and the next tick sees that.
 constexpr double again_above = 0.02;
-constexpr int most_linearisations = 6, most_passes = 16;
+constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
 
 using Clock = std::chrono::steady_clock;
 
@@ -298,20 +298,19 @@ void DirectRod::advance(double share) {
 
 bool DirectRod::solve_tick() {
     bool with_geometry = true;
-    int passes = most_passes;
     for (int round = 0; round < most_linearisations; ++round) {
         const auto start = timing_ ? Clock::now() : Clock::time_point{};
         assemble(with_geometry);
         add_ends();
         if (timing_) times_.assembly += seconds_since(start);
         ++times_.linearisations;
-        const int before = times_.solves;
-        bool solved = solve_contacts(passes);
+        const int passes = round == 0 ? most_passes : later_passes;
+        bool solved = solve_contacts(round == 0, passes);
         if (!solved && with_geometry) {
             with_geometry = false;
             assemble(false);
             add_ends();
-            solved = solve_contacts(passes);
+            solved = solve_contacts(round == 0, passes);
         }
         if (!solved) return false;
         double most = 0.0;
@@ -320,7 +319,6 @@ bool DirectRod::solve_tick() {
             most = std::max(most, ax[j] * ax[j] + ay[j] * ay[j] + az[j] * az[j]);
         most = std::sqrt(most);
         advance(most > most_turned ? most_turned / most : 1.0);
-        passes = std::max(2, passes - (times_.solves - before));
         if (!(most > again_above)) break;
     }
     return all_finite();

@@ -198,7 +198,8 @@ class DirectRod {
     double contact_share(double curvature) const;
     double way_energy() const;
     void take(double share);
-    bool solve_contacts(int most_passes);
+    bool solve_contacts(bool is_first, int most_passes);
+    Vec3 film_force(const ContactRow& row) const;
     void finish_contacts();
     Vec3 slip(const ContactRow& row) const;
     double gap_now(const ContactRow& row) const;
@@ -206,8 +207,8 @@ class DirectRod {
     /// The end of a segment that is nearer to the solver's start.
     int near_node(int segment) const { return segment <= solver_.middle() ? segment : segment + 1; }
     Vec3 point(int segment, double along) const;
-    Vec3 displacement(int node, int segment, const Vec3& arm) const;
-    Vec3 arm(int segment, double along, const Vec3& lever) const;
+    Vec3 displacement(int segment, double along, const Vec3& across, const Vec3& lever) const;
+    Vec3 arm(int segment, double along) const;
     struct Touched;
     Touched& touched(int segment);
 

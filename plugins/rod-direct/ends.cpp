@@ -194,7 +194,7 @@ void DirectRod::report_ends() {
     const auto contact = [&](int i) { // what contacts put on this node
         Vec3 f;
         for (std::size_t k = 0; k < row_count_; ++k) {
-            if (rows_[k].node == i) f += rows_[k].f;
+            if (rows_[k].node == i) f += rows_[k].f + film_force(rows_[k]);
             if (rows_[k].other >= 0 && near_node(rows_[k].other) == i) f -= rows_[k].given;
         }
         return f;
