@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <ctime>
 
 namespace calot::app {
@@ -66,6 +67,7 @@ CaseParts::CaseParts(const CaseOptions& options, const cases::Journal* replay)
         world_options.endoscope =
             simulation::find_datasheet(world_options.assets / "endoscopes", options.endoscope, "--endoscope");
     world = simulation::load_world(scene, world_options);
+    read_instruments(options);
     describe(options, replay);
 }
 
@@ -107,6 +109,27 @@ void CaseParts::choose(const CaseOptions& options, bool is_replay) {
     if (!is_replay) device = plugins.make(host::Kind::device, device_id);
 }
 
+void CaseParts::read_instruments(const CaseOptions& options) {
+    const auto& channels = world->endoscope.channels;
+    instruments.resize(channels.size());
+    for (const auto& [channel, name] : options.instruments) {
+        std::size_t number = 0;
+        const auto parsed = std::from_chars(channel.data(), channel.data() + channel.size(), number);
+        if (parsed.ec != std::errc() || parsed.ptr != channel.data() + channel.size() || number < 1 ||
+            number > channels.size())
+            throw host::UserError("--instrument", channel,
+                                  "is no channel of " + world->endoscope.title + "; it has " +
+                                      std::to_string(channels.size()) + ", the first is 1");
+        auto sheet = simulation::read_instrument(
+            simulation::find_datasheet(simulation::find_assets() / "instruments", name, "--instrument"));
+        if (sheet.diameter > channels[number - 1].diameter)
+            throw host::UserError("--instrument", name,
+                                  "is thicker than channel " + channel + " of " + world->endoscope.title +
+                                      "; choose another channel or instrument");
+        instruments[number - 1] = std::move(sheet);
+    }
+}
+
 void CaseParts::describe(const CaseOptions& options, const cases::Journal* replay) {
     header.id = fs::path(options.folder).filename().string();
     header.version = CALOT_VERSION;
@@ -125,6 +148,11 @@ void CaseParts::describe(const CaseOptions& options, const cases::Journal* repla
     header.options["skill"] = options.skill;
     for (const auto& [organ, file] : options.meshes)
         header.options["mesh/" + organ] = file;
+    for (const auto& [channel, name] : options.instruments)
+        header.options["instrument/" + channel] = name;
+    for (std::size_t k = 0; k < instruments.size(); ++k)
+        if (!instruments[k].id.empty())
+            header.hashes["instrument/" + std::to_string(k + 1)] = meshio::sha256_file(instruments[k].file);
     header.hashes["scene"] = world->scene_hash;
     header.hashes["endoscope"] = meshio::sha256_file(world->endoscope.file);
     for (const simulation::Organ& organ : world->anatomy.organs)
@@ -148,6 +176,7 @@ simulation::Setup CaseParts::setup(const CaseOptions& options, simulation::Contr
     setup.seed = options.seed;
     setup.threads = options.threads;
     setup.nodes = header.nodes;
+    setup.instruments = instruments;
     setup.until = options.until;
     return setup;
 }

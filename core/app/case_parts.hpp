@@ -29,10 +29,12 @@ class CaseParts {
     host::Instance procedure, rod, device;
     std::string title; ///< of the procedure
     std::shared_ptr<const simulation::World> world;
+    std::vector<simulation::InstrumentDatasheet> instruments; ///< by channel; an empty id: none
     cases::CaseHeader header;
 
   private:
     void choose(const CaseOptions& options, bool is_replay);
+    void read_instruments(const CaseOptions& options);
     void describe(const CaseOptions& options, const cases::Journal* replay);
 };
 

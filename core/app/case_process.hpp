@@ -17,6 +17,7 @@ struct CaseOptions {
     std::string endoscope;                     ///< a datasheet's file; empty: the scene's
     std::string anatomy;                       ///< empty: the scene's
     std::map<std::string, std::string> meshes; ///< files of meshes by organ, in place of the anatomy's
+    std::map<std::string, std::string> instruments; ///< datasheets by channel, "1" the first
     std::string start = "default";
     std::string until; ///< a task's id
     std::string operator_code;

@@ -3,6 +3,7 @@
 #include "app/case_process.hpp"
 #include "app/commands.hpp"
 #include "app/supervisor.hpp"
+#include "host/error.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -22,7 +23,8 @@ unsigned default_threads() {
 
 struct Options {
     CaseOptions wanted;
-    std::vector<std::string> anatomy; // NAME or ORGAN=FILE
+    std::vector<std::string> anatomy;     // NAME or ORGAN=FILE
+    std::vector<std::string> instruments; // CHANNEL=NAME
     std::string speed;
     std::string record; // of a replay
 };
@@ -36,6 +38,12 @@ int run(const Options& given) {
         else // absolute, so that a replay finds it from another folder
             options.meshes[entry.substr(0, equals)] =
                 std::filesystem::absolute(entry.substr(equals + 1)).string();
+    }
+    for (const std::string& entry : given.instruments) {
+        const std::size_t equals = entry.find('=');
+        if (equals == std::string::npos)
+            throw host::UserError("--instrument", entry, "must be CHANNEL=NAME, for example 1=forceps");
+        options.instruments[entry.substr(0, equals)] = entry.substr(equals + 1);
     }
     if (!given.speed.empty())
         options.is_realtime = given.speed == "realtime";
@@ -63,7 +71,10 @@ int replay(const Options& given) {
             const auto skill = header.options.find("skill");
             if (skill != header.options.end()) options.skill = skill->second;
             for (const auto& [key, value] : header.options)
-                if (key.starts_with("mesh/")) options.meshes[key.substr(5)] = value;
+                if (key.starts_with("mesh/"))
+                    options.meshes[key.substr(5)] = value;
+                else if (key.starts_with("instrument/"))
+                    options.instruments[key.substr(11)] = value;
             options.is_headless = options.is_headless || options.verify || !options.video.empty();
             options.is_realtime = !options.is_headless;
             return run_case(options, &journal, shared);
@@ -98,8 +109,13 @@ void add_run(CLI::App& app, Action& action) {
         ->type_name("ID");
     command
         ->add_option("--endoscope", o->wanted.endoscope,
-                     "an endoscope's datasheet; the procedure's unless given")
-        ->type_name("FILE");
+                     "a datasheet in assets/endoscopes, or a file; the procedure's unless given")
+        ->type_name("NAME|FILE");
+    command
+        ->add_option("--instrument", o->instruments,
+                     "what lies in a working channel (1 is the first) and stiffens the shaft: a datasheet in "
+                     "assets/instruments, or a file; may be given several times")
+        ->type_name("CHANNEL=NAME|FILE");
     command
         ->add_option(
             "--anatomy", o->anatomy,

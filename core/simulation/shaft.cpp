@@ -75,6 +75,11 @@ void Shaft::configure(const Start& start, std::uint64_t seed, std::uint32_t most
     }
     const std::vector<double> frames = endoscope_.frames_along(nodes, start.rotation);
     position_ = nodes;
+    for (std::size_t k = 0; k < start.instruments.size(); ++k)
+        if (const InstrumentDatasheet& i = start.instruments[k]; !i.id.empty())
+            endoscope_.set_channel(k, {.flexural_rigidity = i.flexural_rigidity,
+                                       .mass_per_length = i.mass_per_length,
+                                       .reach = endoscope_.length()});
     endoscope_.start_warm(first_segment()); // what lies in the patient has been there for a while
     endoscope_.set_bending(start.wheels.data());
     calot_rod_setup setup{};

@@ -30,6 +30,7 @@ class Shaft {
         std::string path;
         double insertion = 0, rotation = 0;
         std::array<double, 2> wheels{};
+        std::vector<InstrumentDatasheet> instruments; // by channel, up to the tip; an empty id: none
     };
 
     /// Configures and activates the rod along the path, and lets it settle, wheels held. `plugin` and `world`
@@ -43,6 +44,11 @@ class Shaft {
     /// shaft, its contacts and the felt forces into `snapshot`, whose gravity it reads.
     void step(std::int64_t tick, const std::array<double, 2>& hand, const double wheel[2],
               const std::uint32_t brake[2], Snapshot& snapshot);
+
+    /// What lies in a working channel from now on; the rod knows within 50 ms. Real-time.
+    void set_channel(std::size_t channel, const ChannelContent& content) {
+        endoscope_.set_channel(channel, content);
+    }
 
     /// How far the hand has slid over the shaft since the last call, because the coupling was at its limit.
     std::array<double, 2> take_slip();

@@ -356,7 +356,8 @@ struct Simulation::Impl {
 
 Simulation::Simulation(Setup setup) {
     if (!setup.world || !setup.rod) throw std::invalid_argument("a simulation needs a world and a rod");
-    const Shaft::Start start = drawn_start(*setup.world, setup.start, setup.seed);
+    Shaft::Start start = drawn_start(*setup.world, setup.start, setup.seed);
+    start.instruments = setup.instruments;
     impl_ = std::make_unique<Impl>(std::move(setup), start);
 }
 

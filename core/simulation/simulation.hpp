@@ -86,8 +86,9 @@ struct Setup {
     std::uint64_t seed = 0;
     unsigned threads = 2; // 1: collision runs on the simulation thread; the bits are the same
     std::uint32_t nodes = 100;
-    std::string until{};  // ends when this task is completed
-    bool measure = false; // fill Snapshot::cost
+    std::vector<InstrumentDatasheet> instruments{}; // by channel; an empty id: nothing lies in it
+    std::string until{};                            // ends when this task is completed
+    bool measure = false;                           // fill Snapshot::cost
     std::uint32_t max_contacts = 512;
     double max_force = 50, max_torque = 1; // N, N m: of the virtual coupling
 };

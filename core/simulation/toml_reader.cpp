@@ -16,7 +16,7 @@ std::string read_text(const std::filesystem::path& file, std::size_t most) {
     text.resize(static_cast<std::size_t>(in.gcount()));
     if (text.size() > most)
         throw host::UserError(file.string(), "",
-                              "is larger than " + std::to_string(most) + " bytes; is it TOML?");
+                              "is larger than " + std::to_string(most) + " bytes; shorten it or choose another");
     return text;
 }
 
