@@ -21,6 +21,7 @@ void add_run(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_list(CLI::App& app, Action& action);
 void add_bench(CLI::App& app, Action& action);
+void add_fit(CLI::App& app, Action& action);
 /// Below `calot bench`.
 void add_bench_endoscope(CLI::App& bench, Action& action);
 void add_bench_pipeline(CLI::App& bench, Action& action);

@@ -27,6 +27,7 @@ int main(int count, char** arguments) {
     add_replay(app, action);
     add_list(app, action);
     add_bench(app, action);
+    add_fit(app, action);
     try {
         app.parse(count, arguments);
     } catch (const CLI::ParseError& e) {

@@ -1,0 +1,114 @@
+#include "fitting/fitted_datasheet.hpp"
+
+#include "host/error.hpp"
+#include "simulation/endoscope_datasheet.hpp"
+#include "simulation/toml_reader.hpp"
+
+#include <cmath>
+#include <iomanip>
+#include <sstream>
+
+namespace calot::fitting {
+
+namespace {
+
+constexpr double most_damping = 1e-3; // s: what a datasheet may hold
+
+double rounded(double value, double half_width) {
+    // To a hundredth of the confidence: more digits say nothing.
+    if (!(half_width > 0) || !std::isfinite(half_width)) return value;
+    const double unit = std::pow(10.0, std::floor(std::log10(half_width)) - 1);
+    return std::round(value / unit) * unit;
+}
+
+std::string source(const std::string& table, const Figure& figure, const SegmentFit& fit) {
+    std::ostringstream text;
+    text << "fitted to " << table << ": -+ " << std::setprecision(2) << figure.half_width << " (95 %), "
+         << fit.used << " readings";
+    return text.str();
+}
+
+class Writer {
+  public:
+    Writer(toml::table& root, std::string base, std::string table)
+        : root_(root), base_(std::move(base)), table_(std::move(table)) {}
+
+    toml::table& segment(const std::string& name) {
+        std::string known;
+        for (toml::node& node : *root_["segment"].as_array()) {
+            toml::table& table = *node.as_table();
+            const std::string here = table["name"].value_or(std::string());
+            if (here == name) return table;
+            known += (known.empty() ? "" : ", ") + here;
+        }
+        throw host::UserError(table_, "segment",
+                              "\"" + name + "\" is no segment of " + base_ + "; it has " + known);
+    }
+
+    void set(toml::table& table, const std::string& key, const Figure& figure, const SegmentFit& fit) {
+        table.insert_or_assign(key, rounded(figure.value, figure.half_width));
+        if (!table["source"].is_table()) table.insert_or_assign("source", toml::table{});
+        table["source"].as_table()->insert_or_assign(key, source(table_, figure, fit));
+    }
+
+  private:
+    toml::table& root_;
+    std::string base_, table_;
+};
+
+} // namespace
+
+FittedDatasheet fitted_datasheet(const std::vector<SegmentFit>& fits, const std::filesystem::path& base,
+                                 const std::string& table) {
+    const std::string text = simulation::read_text(base);
+    simulation::parse_endoscope(text, base.string()); // sound before anything is replaced in it
+    toml::table root = simulation::parse_toml(text, base.string());
+    Writer writer(root, base.string(), table);
+    FittedDatasheet result;
+    double asymmetry = 0;
+    const SegmentFit* widest = nullptr; // of asymmetry: the surest
+    for (const SegmentFit& f : fits) {
+        toml::table& segment = writer.segment(f.segment);
+        if (f.test == BenchTest::bend) writer.set(segment, "flexural_rigidity", f.rigidity, f);
+        if (f.test == BenchTest::twist) {
+            const bool is_both = !std::isnan(f.right.value);
+            writer.set(segment, "torsional_rigidity", is_both ? f.right : f.rigidity, f);
+            if (is_both && (widest == nullptr || f.used > widest->used)) {
+                widest = &f;
+                asymmetry = 1 - f.left.value / f.right.value;
+            }
+        }
+        if (f.test == BenchTest::vibration) {
+            if (f.damping.value <= most_damping) {
+                writer.set(segment, "bending_damping", f.damping, f);
+                continue;
+            }
+            std::ostringstream note;
+            note << std::setprecision(3) << "bending_damping of " << f.segment << " is " << f.damping.value
+                 << " s, more than a datasheet may hold (0.001 s); it stays as it was. The same decay by "
+                    "drag: "
+                 << 2 * f.decay.value << " 1/s times mass_per_length";
+            result.notes.push_back(note.str());
+        }
+    }
+    if (widest != nullptr) {
+        const double spread = std::hypot(widest->left.half_width / widest->right.value,
+                                         widest->right.half_width * widest->left.value /
+                                             (widest->right.value * widest->right.value));
+        if (asymmetry >= 0 && asymmetry <= 0.5)
+            writer.set(*root["torque"].as_table(), "asymmetry", {asymmetry, spread}, *widest);
+        else
+            result.notes.push_back(
+                "GJ is lower for positive angles than for negative ones, or by more than a "
+                "half; [torque] asymmetry stays as it was: let positive be the stiffer way");
+    }
+    std::ostringstream out;
+    out << "# Made by `calot fit endoscope` from " << table << " and " << base.filename().string()
+        << ". Comments of the latter are not kept.\n"
+        << root << '\n';
+    result.text = out.str();
+    simulation::parse_endoscope(result.text, "the fitted datasheet");
+    return result;
+}
+
+} // namespace calot::fitting
