@@ -208,6 +208,8 @@ TEST(Fit, fills_a_datasheet_that_can_be_read_again) {
     EXPECT_NEAR(sheet.segments[0].bending_damping, 2 * 0.3 / 2500, 3e-5);
     EXPECT_DOUBLE_EQ(sheet.segments[1].flexural_rigidity.to, 0.005) << "what was not measured stays";
     EXPECT_NE(filled.text.find("fitted to b.csv: -+ "), std::string::npos);
+    EXPECT_NE(filled.text.find("wire_stiffness = 0.7\n"), std::string::npos)
+        << "numbers as people write them";
 
     const auto heavy =
         fitted_datasheet(fit(decays(0.3, 6, 0.01, 5), "b"), endoscopes / "gif-2t160.toml", "b");

@@ -4,6 +4,8 @@
 #include "simulation/endoscope_datasheet.hpp"
 #include "simulation/toml_reader.hpp"
 
+#include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <iomanip>
 #include <sstream>
@@ -18,7 +20,11 @@ double rounded(double value, double half_width) {
     // To a hundredth of the confidence: more digits say nothing.
     if (!(half_width > 0) || !std::isfinite(half_width)) return value;
     const double unit = std::pow(10.0, std::floor(std::log10(half_width)) - 1);
-    return std::round(value / unit) * unit;
+    double decimal = std::round(value / unit) * unit; // 0.10450000000000001
+    char text[40];
+    const auto end = std::to_chars(text, text + sizeof text, decimal, std::chars_format::general, 12).ptr;
+    std::from_chars(text, end, decimal);
+    return decimal;
 }
 
 std::string source(const std::string& table, const Figure& figure, const SegmentFit& fit) {
@@ -26,6 +32,40 @@ std::string source(const std::string& table, const Figure& figure, const Segment
     text << "fitted to " << table << ": -+ " << std::setprecision(2) << figure.half_width << " (95 %), "
          << fit.used << " readings";
     return text.str();
+}
+
+// The formatter writes 0.7 as 0.69999999999999996: each number outside of quotes in its shortest form.
+std::string tidied(const std::string& toml) {
+    std::string out;
+    char quote = 0;
+    for (std::size_t i = 0; i < toml.size();) {
+        const char c = toml[i];
+        if (quote != 0 || c == '\'' || c == '"') {
+            if (quote == 0)
+                quote = c;
+            else if (c == '\\' && quote == '"' && i + 1 < toml.size())
+                out += toml[i++];
+            else if (c == quote)
+                quote = 0;
+            out += toml[i++];
+            continue;
+        }
+        const std::size_t end = std::min(toml.find_first_not_of("0123456789.e+-", i), toml.size());
+        double value = 0;
+        const bool is_number =
+            end > i && std::from_chars(&toml[i], &toml[i] + (end - i), value).ptr == &toml[i] + (end - i) &&
+            toml.substr(i, end - i).find('.') != std::string::npos;
+        if (is_number) {
+            char text[40];
+            std::string shortest(text, std::to_chars(text, text + sizeof text, value).ptr);
+            if (shortest.find_first_of(".e") == std::string::npos) shortest += ".0";
+            out += shortest;
+        } else {
+            out += toml.substr(i, std::max<std::size_t>(end - i, 1));
+        }
+        i += std::max<std::size_t>(end - i, 1);
+    }
+    return out;
 }
 
 class Writer {
@@ -106,7 +146,7 @@ FittedDatasheet fitted_datasheet(const std::vector<SegmentFit>& fits, const std:
     out << "# Made by `calot fit endoscope` from " << table << " and " << base.filename().string()
         << ". Comments of the latter are not kept.\n"
         << root << '\n';
-    result.text = out.str();
+    result.text = tidied(out.str());
     simulation::parse_endoscope(result.text, "the fitted datasheet");
     return result;
 }

@@ -50,6 +50,8 @@ TEST(Axis, has_a_few_round_ticks_inside_it) {
     }
     const Axis log = make_axis(-5.2, -1.1, true, 6);
     EXPECT_EQ(log.labels.front(), "1e-05");
+    const Axis decade = make_axis(-2.7, -1.5, true, 6);
+    EXPECT_EQ(decade.labels, (std::vector<std::string>{"0.002", "0.005", "0.01", "0.02"}));
 }
 
 TEST_F(Plot, is_written_as_svg_with_its_labels_and_as_png) {

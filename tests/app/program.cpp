@@ -83,7 +83,7 @@ void ProgramTest::SetUp() {
     scratch = fs::temp_directory_path() / ("calot-app-" + std::to_string(getpid()));
     fs::remove_all(scratch);
     fs::create_directories(scratch / "assets/anatomy/reference");
-    for (const char* folder : {"endoscopes", "shaders"})
+    for (const char* folder : {"endoscopes", "instruments", "shaders"})
         fs::create_directory_symlink(fs::path(CALOT_SOURCE_DIR) / "assets" / folder,
                                      scratch / "assets" / folder);
     std::ofstream(scratch / "assets/anatomy/reference/stone.obj")

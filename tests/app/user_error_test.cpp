@@ -67,6 +67,28 @@ TEST_F(UserError, datasheet_with_an_unknown_key) {
     expect(run_test_case({"--endoscope", file.string()}), {file.string() + ": ", "outer_diameter", "; "});
 }
 
+TEST_F(UserError, instrument_for_a_channel_that_is_not_there_or_too_narrow) {
+    expect(run_test_case({"--instrument", "3=forceps"}), {"--instrument: 3: is no channel of ", "it has 2"});
+    expect(run_test_case({"--instrument", "forceps"}), {"--instrument: forceps: must be CHANNEL=NAME"});
+    expect(run_test_case({"--instrument", "1=spoon"}), {"spoon: is neither a file nor one of "});
+    const fs::path thick = scratch / "thick.toml";
+    fs::copy_file(scratch / "assets/instruments/forceps.toml", thick);
+    rewrite(thick, "diameter = 0.0023", "diameter = 0.0033");
+    expect(run_test_case({"--instrument", "1=" + thick.string()}),
+           {"is thicker than channel 1 of ", "; choose"});
+}
+
+TEST_F(UserError, bench_test_with_a_bad_row) {
+    const fs::path table = scratch / "bench.csv";
+    fs::copy_file(scratch / "assets/endoscopes/example-bench.csv", table);
+    rewrite(table, "0.0048,0.937", "0.0048,0.937kg");
+    const fs::path out = scratch / "mine.toml";
+    expect({"fit", "endoscope", table.string(), "--out", out.string()},
+           {table.string() + ": line 6: force: is \"0.937kg\"; "});
+    EXPECT_FALSE(fs::exists(out)) << "nothing is written";
+    expect({"fit", "endoscope", (scratch / "none.csv").string()}, {"none.csv: "});
+}
+
 TEST_F(UserError, datasheet_that_is_not_there) {
     expect(run_test_case({"--endoscope", "/nowhere/scope.toml"}), {"/nowhere/scope.toml: "});
 }
