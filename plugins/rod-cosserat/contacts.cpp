@@ -179,6 +179,19 @@ void CosseratRod::solve_contacts(double h, double progress) {
     }
 }
 
+// How far the overlap of a contact grows in this substep, m. One round leaves some where the shaft is wedged
+// between walls that face each other.
+double CosseratRod::worst_growth(double progress) const {
+    double worst = 0.0;
+    for (std::size_t k = 0; k < row_count_; ++k) {
+        const ContactRow& r = rows_[k];
+        const double gap = r.gap + dot(r.normal, contact_point(r) - r.centre - progress * r.motion) -
+                           r.bound + r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * r.f_2;
+        worst = std::max(worst, -gap);
+    }
+    return worst;
+}
+
 // Books the impulse, and moves the point of stick: it stays while the contact sticks; while it slips it
 // follows so closely that the other side's deflection carries the friction there is; without contact there is
 // none.

@@ -162,6 +162,7 @@ class CosseratRod {
     bool acceptable(const StepInput& input) const;
     void prepare(const StepInput& input);
     void substep(double h, int index);
+    double worst_growth(double progress) const;
     void update_joints();
     void update_guide();
     void choose_substeps();
