@@ -31,7 +31,7 @@ inline Turned between_frames(const double* const q[4], int i) {
 // Kelvin-Voigt: moment k (phi - rest + tau (phi - phi_start) / h) = kv phi - offset, kv = k (1 + tau / h).
 void DirectRod::viscous_offsets() {
     const double* const q[4] = {q_[0].data(), q_[1].data(), q_[2].data(), q_[3].data()};
-    const double per_h = 1.0 / now_.dt;
+    const double per_h = 1.0 / stage_;
     const double *k1 = k_[0].data(), *k2 = k_[1].data(), *k3 = k_[2].data(), *r1 = rest_[0].data(),
                  *r2 = rest_[1].data(), *r3 = rest_[2].data(), *t1 = viscosity_[0].data(),
                  *t3 = viscosity_[2].data();
@@ -81,12 +81,10 @@ void DirectRod::joints() {
         const double c21 = g3 - d2 * p.v1, c22 = gw - d2 * p.v2, c23 = -g1 - d2 * p.v3;
         const double c31 = -g2 - d3 * p.v1, c32 = g1 - d3 * p.v2, c33 = gw - d3 * p.v3;
         const double w = q[0][i + 1], x = q[1][i + 1], y = q[2][i + 1], z = q[3][i + 1];
-        const double r11 = 1.0 - 2.0 * (y * y + z * z), r12 = 2.0 * (x * y - w * z),
-                     r13 = 2.0 * (x * z + w * y);
-        const double r21 = 2.0 * (x * y + w * z), r22 = 1.0 - 2.0 * (x * x + z * z),
-                     r23 = 2.0 * (y * z - w * x);
-        const double r31 = 2.0 * (x * z - w * y), r32 = 2.0 * (y * z + w * x),
-                     r33 = 1.0 - 2.0 * (x * x + y * y);
+        const double wy = w * w - y * y, zx = z * z - x * x, wz = w * w - z * z, yx = y * y - x * x;
+        const double r11 = wy - zx, r12 = 2.0 * (x * y - w * z), r13 = 2.0 * (x * z + w * y);
+        const double r21 = 2.0 * (x * y + w * z), r22 = wz + yx, r23 = 2.0 * (y * z - w * x);
+        const double r31 = 2.0 * (x * z - w * y), r32 = 2.0 * (y * z + w * x), r33 = wy + zx;
         const double a1x = r11 * c11 + r12 * c12 + r13 * c13, a1y = r21 * c11 + r22 * c12 + r23 * c13,
                      a1z = r31 * c11 + r32 * c12 + r33 * c13;
         const double a2x = r11 * c21 + r12 * c22 + r13 * c23, a2y = r21 * c21 + r22 * c22 + r23 * c23,
@@ -112,7 +110,7 @@ void DirectRod::joints() {
 // tension act on what is turned; without, the matrix is definite whatever they are.
 void DirectRod::assemble(bool with_geometry) {
     joints();
-    const double h = now_.dt, per_h = 1.0 / h, per_h2 = per_h * per_h;
+    const double h = stage_, per_h = 1.0 / h, per_h2 = per_h * per_h;
     const double half = with_geometry ? 0.5 : 0.0, one = with_geometry ? 1.0 : 0.0;
     for (int k = 0; k < 6; ++k)
         std::copy(joint_k_[k].begin(), joint_k_[k].end(), solver_.k[k].begin());
@@ -133,7 +131,7 @@ void DirectRod::assemble(bool with_geometry) {
         for (int j = 0; j < m_; ++j) {
             tx[j] = 2.0 * (qx[j] * qz[j] + qw[j] * qy[j]);
             ty[j] = 2.0 * (qy[j] * qz[j] - qw[j] * qx[j]);
-            tz[j] = 1.0 - 2.0 * (qx[j] * qx[j] + qy[j] * qy[j]);
+            tz[j] = (qw[j] * qw[j] - qy[j] * qy[j]) + (qz[j] * qz[j] - qx[j] * qx[j]);
             ax[j] = l[j] * tx[j], ay[j] = l[j] * ty[j], az[j] = l[j] * tz[j];
         }
     }

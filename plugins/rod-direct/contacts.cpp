@@ -264,7 +264,7 @@ void DirectRod::complete_system() {
         for (int i = 0; i < n_; ++i)
             f[i] = w[i] * b[i];
     }
-    if (now_.tip.mode == EndMode::clamped) set_node(free_, m_, now_.tip.position - position(m_));
+    if (now_.tip.mode == EndMode::clamped) set_node(free_, m_, tip_place_ - position(m_));
     add_coupling();
 
     const int mouth = on_axis_ > 0 && on_axis_ < n_ ? on_axis_ - 1 : -1;

@@ -18,6 +18,10 @@ constexpr double most_guessed = 0.3, most_turned = 0.6;
 // A linearisation that turns a segment by more than this against the guess is followed by another. What one
 // leaves is about the square of it, and the next tick sees that.
 constexpr double again_above = 0.02;
+// Where nothing touches the rod a tick is a stage of implicit Euler of this share of it, gone on with to the
+// tick's end at the same rates: the theta method, whose numerical damping ratio is (theta - 1/2) w h instead
+// of w h / 2. Contacts would rebound by it, and fast turns are not for it.
+constexpr double stage_share = 0.65, calm_turn = 0.005; // -, rad in a tick
 constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
 
 using Clock = std::chrono::steady_clock;
@@ -163,6 +167,7 @@ void DirectRod::come_to_rest() {
     memory_count_ = contact_count_ = row_count_ = 0;
     advance_ = roll_ = 0.0;
     base_was_clamped_ = tip_was_clamped_ = false;
+    is_calm_ = true;
     base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
     coupling_force_ = coupling_torque_ = 0.0;
     axial_cap_ = roll_cap_ = 0.0;
@@ -213,7 +218,7 @@ void DirectRod::lay_out() {
         const double l = length_[at(j)];
         x += l * 2.0 * (qx[j] * qz[j] + qw[j] * qy[j]);
         y += l * 2.0 * (qy[j] * qz[j] - qw[j] * qx[j]);
-        z += l * (1.0 - 2.0 * (qx[j] * qx[j] + qy[j] * qy[j]));
+        z += l * ((qw[j] * qw[j] - qy[j] * qy[j]) + (qz[j] * qz[j] - qx[j] * qx[j]));
         x_[0][at(j) + 1] = x, x_[1][at(j) + 1] = y, x_[2][at(j) + 1] = z;
     }
 }
@@ -221,7 +226,6 @@ void DirectRod::lay_out() {
 // Where the rod were at the tick's end without forces, its ends where they are prescribed.
 void DirectRod::begin(const StepInput& input) {
     now_ = input;
-    const double h = now_.dt;
     const bool base = now_.base.mode == EndMode::clamped, tip = now_.tip.mode == EndMode::clamped;
     bool stale = base != base_cells_ || tip != tip_cells_;
     if (!input.rest_darboux.empty() &&
@@ -232,6 +236,13 @@ void DirectRod::begin(const StepInput& input) {
     base_cells_ = base, tip_cells_ = tip;
     if (stale) update_joints();
     update_guide();
+    const bool is_smooth = is_calm_ && now_.contacts.empty() && !now_.guide.present &&
+                           base == base_was_clamped_ && tip == tip_was_clamped_;
+    const double share = is_smooth ? stage_share : 1.0, h = share * now_.dt;
+    stage_ = h;
+    base_clamp_ = share == 1.0 ? now_.base.orientation : blend(frame_slot(0), now_.base.orientation, share);
+    tip_clamp_ = share == 1.0 ? now_.tip.orientation : blend(frame_slot(n_), now_.tip.orientation, share);
+    tip_place_ = position(m_) + share * (now_.tip.position - position(m_));
     for (int k = 0; k < 3; ++k)
         std::copy(x_[k].begin(), x_[k].end(), x0_[k].begin());
     for (int i = 0; i < n_; ++i) {
@@ -257,7 +268,7 @@ void DirectRod::begin(const StepInput& input) {
         set_frame(j + 1, normalized(turned_by(turn) * frame(j)));
     }
     hold_ends();
-    set_node(x_, 0, base ? now_.base.position : position(0) + h * velocity(0));
+    set_node(x_, 0, position(0) + (base ? share * (now_.base.position - position(0)) : h * velocity(0)));
     lay_out();
 }
 
@@ -319,8 +330,11 @@ bool DirectRod::solve_tick() {
             most = std::max(most, ax[j] * ax[j] + ay[j] * ay[j] + az[j] * az[j]);
         most = std::sqrt(most);
         advance(most > most_turned ? most_turned / most : 1.0);
+        is_calm_ = round == 0 && most < again_above;
         if (!(most > again_above)) break;
     }
+    for (int j = 0; j < m_; ++j)
+        is_calm_ = is_calm_ && norm(row(turn_, j)) < calm_turn;
     return all_finite();
 }
 
@@ -348,6 +362,7 @@ StepResult DirectRod::step(const StepInput& input) {
             for (int i = 0; i < 3; ++i)
                 std::fill(group[i].begin(), group[i].end(), 0.0);
         memory_count_ = row_count_ = 0;
+        is_calm_ = false;
         base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
         std::fill(impulse_.begin(), impulse_.end(), Vec3{});
         now_.contacts = {};
@@ -360,7 +375,11 @@ StepResult DirectRod::step(const StepInput& input) {
 }
 
 void DirectRod::finish() {
-    const double per_h = 1.0 / now_.dt;
+    const double per_h = 1.0 / stage_, further = now_.dt / stage_;
+    if (further > 1.0) {
+        end_stage(further);
+        return;
+    }
     if (now_.guide.present) {
         roll_ += dot(row(turn_, 0), now_.guide.direction);
         advance_ = dot(position(0) - now_.guide.origin, now_.guide.direction);
@@ -371,9 +390,38 @@ void DirectRod::finish() {
         set_node(v_, i, size > speed_limit ? (speed_limit / size) * v : v);
     }
     for (int j = 0; j < m_; ++j)
-        set_node(spin_, j, rotate_back(frame(j), per_h * row(turn_, j)));
+        set_node(spin_, j, in_frame(frame(j), per_h * row(turn_, j)));
     base_was_clamped_ = now_.base.mode == EndMode::clamped;
     tip_was_clamped_ = now_.tip.mode == EndMode::clamped;
+}
+
+// From the stage to the tick's end: the stage's velocities are the tick's mean.
+void DirectRod::end_stage(double further) {
+    const double per_h = 1.0 / stage_;
+    const bool is_held = now_.base.mode == EndMode::clamped;
+    Vec3 centre{};
+    double mass = 0.0;
+    for (int i = 0; i < n_; ++i) {
+        const Vec3 way = position(i) - row(x0_, i), v = row(v_, i);
+        set_node(v_, i, v + further * (per_h * way - v));
+        if (is_held) continue;
+        centre += mass_[at(i)] * (row(x0_, i) + further * way), mass += mass_[at(i)];
+    }
+    for (int j = 0; j < m_; ++j) {
+        const Vec3 turn = row(turn_, j), before = row(spin_, j);
+        set_node(spin_, j, before + further * (in_frame(frame(j), per_h * turn) - before));
+        set_frame(j + 1, normalized(turned_by((further - 1.0) * turn) * frame(j)));
+    }
+    base_clamp_ = now_.base.orientation, tip_clamp_ = now_.tip.orientation;
+    hold_ends();
+    set_node(x_, 0, row(x0_, 0) + further * (position(0) - row(x0_, 0)));
+    lay_out();
+    if (is_held) return;
+    for (int i = 0; i < n_; ++i)
+        centre -= mass_[at(i)] * position(i);
+    for (int k = 0; k < 3; ++k)
+        for (double& x : x_[k])
+            x += centre[at(k)] / mass;
 }
 
 Energies DirectRod::energies() const {

@@ -126,7 +126,7 @@ class DirectRod {
     }
     /// World frame, rad/s, at the end of the last tick.
     Vec3 angular_velocity(int j) const {
-        return rotate(frame(j), {spin_[0][at(j)], spin_[1][at(j)], spin_[2][at(j)]});
+        return in_world(frame(j), {spin_[0][at(j)], spin_[1][at(j)], spin_[2][at(j)]});
     }
 
     /// N s over the last tick, on the rod; parallel to the contacts given.
@@ -162,6 +162,7 @@ class DirectRod {
     void advance(double share);
     void lay_out();
     void finish();
+    void end_stage(double further);
     bool all_finite() const;
     void set_frame(int slot, const Quat& q);
     Quat frame_slot(int slot) const {
@@ -243,6 +244,10 @@ class DirectRod {
     StepInput now_;
     bool viscous_ = false;
     bool base_was_clamped_ = false, tip_was_clamped_ = false;
+    bool is_calm_ = true;         ///< the last tick was: one linearisation, small turns
+    double stage_ = 1e-3;         ///< s, of the implicit step; the tick or a share of it
+    Quat base_clamp_, tip_clamp_; ///< the clamps' orientations at the stage's end
+    Vec3 tip_place_;
     double advance_ = 0, roll_ = 0;
     Vec3 base_force_, base_torque_, tip_force_, tip_torque_;
     // What the joints' cells were made for.

@@ -117,8 +117,8 @@ void DirectRod::update_guide() {
 
 // The frames of the ends' cross-sections: a clamp's, or, where no joint is, the segment's.
 void DirectRod::hold_ends() {
-    set_frame(0, now_.base.mode == EndMode::clamped ? now_.base.orientation : frame(0));
-    set_frame(n_, now_.tip.mode == EndMode::clamped ? now_.tip.orientation : frame(m_ - 1));
+    set_frame(0, now_.base.mode == EndMode::clamped ? base_clamp_ : frame(0));
+    set_frame(n_, now_.tip.mode == EndMode::clamped ? tip_clamp_ : frame(m_ - 1));
 }
 
 // What the ends add to the rod's own part of the system.
@@ -178,7 +178,7 @@ bool DirectRod::judge_caps() {
 // What the holders exert, at the tick's end: the rest of the end node's balance, and the joint's moment.
 void DirectRod::report_ends() {
     base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
-    const double per_h = 1.0 / now_.dt;
+    const double per_h = 1.0 / stage_;
     const auto lacking = [&](int i) {
         const Vec3 v = row(v_, i), moved = per_h * (position(i) - row(x0_, i));
         return mass_[at(i)] * (per_h * (moved - v) - now_.gravity) + node_drag_[at(i)] * moved;

@@ -7,7 +7,7 @@ namespace calot::rod_direct {
 
 namespace {
 
-constexpr std::size_t contact_values = 9, single_values = 7;
+constexpr std::size_t contact_values = 9, single_values = 8;
 constexpr double two_32 = 4294967296.0;
 
 } // namespace
@@ -37,6 +37,7 @@ void DirectRod::save(std::span<double> state) const {
     visit_state(*this, [&](const double& v) { state[to++] = v; });
     state[to++] = base_was_clamped_ ? 1.0 : 0.0;
     state[to++] = tip_was_clamped_ ? 1.0 : 0.0;
+    state[to++] = is_calm_ ? 1.0 : 0.0;
     state[to++] = static_cast<double>(memory_count_);
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const ContactMemory m = k < memory_count_ ? memory_[k] : ContactMemory{};
@@ -63,6 +64,7 @@ bool DirectRod::load(std::span<const double> state) {
     visit_state(*this, [&](double& v) { v = state[from++]; });
     base_was_clamped_ = state[from++] != 0.0;
     tip_was_clamped_ = state[from++] != 0.0;
+    is_calm_ = state[from++] != 0.0;
     memory_count_ = static_cast<std::size_t>(count);
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const double* s = state.data() + contacts + contact_values * k;
