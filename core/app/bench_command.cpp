@@ -17,6 +17,7 @@ void add_bench(CLI::App& app, Action& action) {
         examples({"calot bench rod --nodes 100            what a step costs",
                   "calot bench rod elastica --load 0.1     a problem with a known answer",
                   "calot bench rod --help                 all problems",
+                  "calot bench geometry                   what contact queries cost",
                   "calot bench pipeline --csv             what each part of a tick costs",
                   "calot bench abuse --duration 600       rough hands: does the shaft stay inside?"}));
 
@@ -29,6 +30,14 @@ void add_bench(CLI::App& app, Action& action) {
             host::Plugins plugins(services);
             return bench::run_rod(plugins, words, std::cout, std::cerr);
         };
+    });
+
+    CLI::App* geometry =
+        command->add_subcommand("geometry", "What distance and contact queries cost, beside Embree's");
+    geometry->set_help_flag(); // its own parser has one
+    geometry->prefix_command();
+    geometry->callback([geometry, &action] {
+        action = [words = geometry->remaining()] { return bench::run_geometry(words, std::cout, std::cerr); };
     });
 
     add_bench_endoscope(*command, action);

@@ -18,4 +18,9 @@ namespace calot::bench {
 int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, std::ostream& out,
             std::ostream& errors);
 
+/// `calot bench geometry [TASK] [--rounds N] [--csv]`: what questions to surfaces cost. Where this build has
+/// Embree each row also has the ratio to its point queries in the same run, and is judged by that. Returns as
+/// run_rod does.
+int run_geometry(const std::vector<std::string>& arguments, std::ostream& out, std::ostream& errors);
+
 } // namespace calot::bench

@@ -5,42 +5,74 @@
 namespace calot::geometry {
 namespace {
 
-struct Vec3f {
-    float x, y, z;
-};
+using detail::Float8;
+using detail::Int8;
 
-float dot(const float (&a)[3], Vec3f b) {
-    return a[0] * b.x + a[1] * b.y + a[2] * b.z;
+Float8 dot3(const Float8 (&a)[3], const Float8 (&b)[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+Float8 least(Float8 a, Float8 b) {
+    return a < b ? a : b;
+}
+Float8 most(Float8 a, Float8 b) {
+    return a > b ? a : b;
+}
+void load(Float8 (&to)[3], const float (&from)[3][8]) {
+    for (int k = 0; k < 3; ++k)
+        to[k] = detail::load8(from[k]);
 }
 
-Vec3f difference(Vec3f p, const float (&a)[3]) {
-    return {p.x - a[0], p.y - a[1], p.z - a[2]};
-}
+// A segment with a margin, before blocks of edges.
+struct NearSegment {
+    Float8 start[3], along[3], inverse_length2, reach, slack;
 
-bool edge_may_touch(const TriangleScene::EdgeScreen& screen, Vec3f p0, Vec3f p1, float reach, float slack) {
-    const Vec3f d0 = difference(p0, screen.start), d1 = difference(p1, screen.start);
-    const float s0 = dot(screen.along, d0), s1 = dot(screen.along, d1);
-    if (std::max(s0, s1) < -slack || std::min(s0, s1) > screen.length + slack) return false;
-    const float lean = slack + std::fabs(screen.tilt) * (reach + slack);
-    if (std::min(dot(screen.inward0, d0), dot(screen.inward0, d1)) > lean) return false;
-    if (std::min(dot(screen.inward1, d0), dot(screen.inward1, d1)) > lean) return false;
-    if (screen.tilt > 0.0f) { // both faces must be seen from the front
-        const float(&e)[3] = screen.along, (&m)[3] = screen.inward0;
-        const float normal[3] = {e[1] * m[2] - e[2] * m[1], e[2] * m[0] - e[0] * m[2],
-                                 e[0] * m[1] - e[1] * m[0]};
-        if (std::max(dot(normal, d0), dot(normal, d1)) < -slack) return false;
+    NearSegment(Vec3 p0, Vec3 p1, double reach_, float slack_) {
+        const Vec3 u = p1 - p0;
+        for (int k = 0; k < 3; ++k) {
+            start[k] = detail::splat8(static_cast<float>(p0[k]));
+            along[k] = detail::splat8(static_cast<float>(u[k]));
+        }
+        const double uu = norm2(u);
+        inverse_length2 = detail::splat8(uu > 0.0 ? static_cast<float>(1.0 / uu) : 0.0f);
+        reach = detail::splat8(static_cast<float>(reach_));
+        slack = detail::splat8(slack_);
     }
-    // The middle of the edge against the segment.
-    const float half = 0.5f * screen.length;
-    const Vec3f m{d0.x - half * screen.along[0], d0.y - half * screen.along[1],
-                  d0.z - half * screen.along[2]};
-    const Vec3f u{p1.x - p0.x, p1.y - p0.y, p1.z - p0.z};
-    const float uu = u.x * u.x + u.y * u.y + u.z * u.z;
-    const float t = uu > 0.0f ? std::clamp(-(m.x * u.x + m.y * u.y + m.z * u.z) / uu, 0.0f, 1.0f) : 0.0f;
-    const Vec3f d{m.x + t * u.x, m.y + t * u.y, m.z + t * u.z};
-    const float limit = reach + slack + half;
-    return d.x * d.x + d.y * d.y + d.z * d.z <= limit * limit;
-}
+
+    // Lanes whose edge may touch some point within `slack` of the segment's.
+    unsigned touching(const TriangleScene::EdgeBlock& block) const {
+        const Float8 zero = detail::splat8(0.0f), one = detail::splat8(1.0f), half = detail::splat8(0.5f);
+        Float8 e[3], m0[3], m1[3], d[3];
+        load(d, block.start), load(e, block.along);
+        for (int k = 0; k < 3; ++k)
+            d[k] = start[k] - d[k];
+        const Float8 length = detail::load8(block.length), tilt = detail::load8(block.tilt);
+        // The middle of the edge against the segment: most blocks are far away as a whole.
+        const Float8 middle = half * length;
+        Float8 m[3];
+        for (int k = 0; k < 3; ++k)
+            m[k] = d[k] - middle * e[k];
+        const Float8 t = least(one, most(zero, -dot3(m, along) * inverse_length2));
+        for (int k = 0; k < 3; ++k)
+            m[k] += t * along[k];
+        const Float8 limit = reach + slack + middle;
+        Int8 pass = dot3(m, m) <= limit * limit;
+        if (detail::mask8(pass) == 0) return 0;
+        const Float8 s0 = dot3(e, d), s1 = s0 + dot3(e, along);
+        pass &= (most(s0, s1) >= -slack) & (least(s0, s1) <= length + slack);
+        load(m0, block.inward0), load(m1, block.inward1);
+        const Float8 lean = slack + most(tilt, -tilt) * (reach + slack);
+        const Float8 over0 = dot3(m0, d), over1 = dot3(m1, d);
+        pass &=
+            (least(over0, over0 + dot3(m0, along)) <= lean) & (least(over1, over1 + dot3(m1, along)) <= lean);
+        if (detail::mask8(pass) == 0) return 0;
+        // Of a blunt edge both faces must be seen from the front.
+        const Float8 normal[3] = {e[1] * m0[2] - e[2] * m0[1], e[2] * m0[0] - e[0] * m0[2],
+                                  e[0] * m0[1] - e[1] * m0[0]};
+        const Float8 height = dot3(normal, d);
+        pass &= (tilt <= zero) | (most(height, height + dot3(normal, along)) >= -slack);
+        return detail::mask8(pass);
+    }
+};
 
 bool vertex_may_touch(const TriangleScene& scene, std::uint32_t vertex, Vec3 p0, Vec3 p1, double reach,
                       double slack) {
@@ -51,7 +83,7 @@ bool vertex_may_touch(const TriangleScene& scene, std::uint32_t vertex, Vec3 p0,
     for (const std::uint32_t position : scene.around(vertex))
         for (const std::uint32_t other : scene.triangles()[position].vertex) {
             const Vec3 w = scene.vertices()[other] - v;
-            const double along = std::min(calot::geometry::dot(p0 - v, w), calot::geometry::dot(p1 - v, w));
+            const double along = std::min(dot(p0 - v, w), dot(p1 - v, w));
             if (along > 0.0 && along * along > slack * slack * norm2(w)) return false;
         }
     return true;
@@ -59,17 +91,17 @@ bool vertex_may_touch(const TriangleScene& scene, std::uint32_t vertex, Vec3 p0,
 
 } // namespace
 
-void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach) {
+void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach, double slack) {
     version_ = scene.version();
     q0_ = q0;
     q1_ = q1;
     reach_ = reach;
+    slack_ = slack;
     tolerance_ = 1e-6f + scene.screen_tolerance();
     complete_ = true;
     face_count_ = edge_count_ = vertex_count_ = 0;
-    const Vec3f p0{static_cast<float>(q0.x), static_cast<float>(q0.y), static_cast<float>(q0.z)};
-    const Vec3f p1{static_cast<float>(q1.x), static_cast<float>(q1.y), static_cast<float>(q1.z)};
     const float r = static_cast<float>(reach), s = static_cast<float>(slack) + scene.screen_tolerance();
+    const NearSegment segment(q0, q1, reach, s);
     scene.tree().around_segment(q0, q1, reach + slack, [&](std::uint32_t leaf) {
         const std::uint32_t first = scene.tree().leaf_begin(leaf);
         const TriangleScene::FaceBlock& block = scene.faces(leaf);
@@ -79,8 +111,9 @@ void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double rea
             const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
             add_face(block, lane, first + lane);
         }
-        for (const TriangleScene::EdgeScreen& screen : scene.convex_edges(leaf))
-            if (edge_may_touch(screen, p0, p1, r, s)) add_edge(screen);
+        for (const TriangleScene::EdgeBlock& edges : scene.convex_edges(leaf))
+            for (lanes = segment.touching(edges); lanes != 0; lanes &= lanes - 1)
+                add_edge(edges, static_cast<std::uint32_t>(__builtin_ctz(lanes)));
         for (const std::uint32_t vertex : scene.salient_vertices(leaf))
             if (vertex_may_touch(scene, vertex, q0, q1, reach, static_cast<double>(s))) add_vertex(vertex);
     });
@@ -106,40 +139,35 @@ void Candidates::add_face(const TriangleScene::FaceBlock& block, std::uint32_t l
         for (int k = 0; k < 3; ++k)
             n_to[k][at] = n[k][lane];
         const Vec3 normal{n[0][lane], n[1][lane], n[2][lane]};
-        offset_to[at] =
-            static_cast<float>(static_cast<double>(offset[lane]) - calot::geometry::dot(normal, q0_));
+        offset_to[at] = static_cast<float>(static_cast<double>(offset[lane]) - dot(normal, q0_));
     };
     copy(block.normal, block.offset, to.planes.normal, to.planes.offset);
     for (int k = 0; k < 3; ++k)
         copy(block.inward[k], block.inward_offset[k], to.planes.inward[k], to.planes.inward_offset[k]);
 }
 
-void Candidates::add_edge(const TriangleScene::EdgeScreen& screen) {
+void Candidates::add_edge(const EdgeBlock& block, std::uint32_t lane) {
     if (edge_count_ == most_edges) {
         complete_ = false;
         return;
     }
-    EdgeBlock& block = edges_[edge_count_ / 8];
-    const std::uint32_t lane = edge_count_++ % 8;
-    const double origin[3] = {q0_.x, q0_.y, q0_.z};
+    EdgeBlock& to = edges_[edge_count_ / 8];
+    const std::uint32_t at = edge_count_++ % 8;
     for (int k = 0; k < 3; ++k) {
-        block.start[k][lane] = static_cast<float>(static_cast<double>(screen.start[k]) - origin[k]);
-        block.along[k][lane] = screen.along[k];
-        block.inward0[k][lane] = screen.inward0[k];
-        block.inward1[k][lane] = screen.inward1[k];
+        to.start[k][at] = static_cast<float>(static_cast<double>(block.start[k][lane]) - q0_[k]);
+        to.along[k][at] = block.along[k][lane];
+        to.inward0[k][at] = block.inward0[k][lane];
+        to.inward1[k][at] = block.inward1[k][lane];
     }
-    block.length[lane] = screen.length;
-    block.tilt[lane] = std::fabs(screen.tilt);
-    block.edge[lane] = screen.edge;
+    to.length[at] = block.length[lane];
+    to.tilt[at] = std::fabs(block.tilt[lane]);
+    to.edge[at] = block.edge[lane];
 }
 
 // Positions relative to q0. The same conditions as in edge_minimum and edge_minimum_along, less a micrometre
 // and the rounding of the edges' places.
 Candidates::EdgeLanes Candidates::screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const {
     using namespace detail;
-    const auto dot3 = [](const Float8(&a)[3], const Float8(&b)[3]) {
-        return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    };
     const Float8 zero = splat8(0.0f), tolerance = splat8(tolerance_), one = splat8(1.0f);
     const Vec3 segment = p1 - p0;
     Float8 w[3], e[3], m0[3], m1[3], u[3];

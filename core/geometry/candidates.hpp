@@ -29,24 +29,24 @@ void visit_parts(const TriangleScene& scene, const Box& box, Face&& face, EdgeVi
 // touch from outside up to `reach`, while neither end is farther than `slack` from where it was.
 class Candidates {
   public:
-    // Ends may move this far, m, before the tree is asked again: small enough for short lists, large enough
-    // for several ticks of the fastest motion.
-    static constexpr double slack = 1e-3;
+    // Ends may move `slack`, m, before the tree is asked again. What rests wants short lists, what moves
+    // wants to keep them for many ticks.
+    static constexpr double least_slack = 0.4e-3, most_slack = 2e-3;
     static constexpr std::size_t most_faces = 256, most_edges = 192, most_vertices = 128;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
-        return version_ == version && reach <= reach_ && norm2(p0 - q0_) <= slack * slack &&
-               norm2(p1 - q1_) <= slack * slack;
+        return version_ == version && reach <= reach_ && norm2(p0 - q0_) <= slack_ * slack_ &&
+               norm2(p1 - q1_) <= slack_ * slack_;
     }
 
     // Is the first end, having come from `before`, on its way out?
     bool aging(Vec3 p0, Vec3 before) const {
         const Vec3 away = p0 - q0_;
-        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.1 * slack * slack;
+        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.1 * slack_ * slack_;
     }
 
     // Finds them anew, for scenes with screens only. complete(): there were not too many to remember.
-    void gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach);
+    void gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach, double slack);
 
     bool complete() const { return complete_; }
     std::span<const std::uint32_t> vertices() const { return {vertices_.data(), vertex_count_}; }
@@ -66,21 +66,18 @@ class Candidates {
         TriangleScene::FaceBlock planes;
         std::uint32_t position[8];
     };
-    struct alignas(32) EdgeBlock {
-        float start[3][8], along[3][8], length[8], inward0[3][8], inward1[3][8], tilt[8];
-        std::uint32_t edge[8];
-    };
+    using EdgeBlock = TriangleScene::EdgeBlock; // tilts without their signs
     struct EdgeLanes {
         unsigned at_point, inside;
     };
     EdgeLanes screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const;
     void add_face(const TriangleScene::FaceBlock& block, std::uint32_t lane, std::uint32_t position);
     void add_vertex(std::uint32_t vertex);
-    void add_edge(const TriangleScene::EdgeScreen& screen);
+    void add_edge(const TriangleScene::EdgeBlock& block, std::uint32_t lane);
 
     std::uint64_t version_ = 0;
     Vec3 q0_, q1_;
-    double reach_ = 0;
+    double reach_ = 0, slack_ = 0;
     float tolerance_ = 0;
     bool complete_ = false;
     std::uint32_t face_count_ = 0, edge_count_ = 0, vertex_count_ = 0;

@@ -139,10 +139,16 @@ bool Chain::acceptable(std::size_t most_nodes) const {
 // motion.
 void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain, double margin) {
     const std::size_t n = chain.node_count();
-    const auto ahead = [&](std::size_t i) {
-        constexpr double farthest = 0.8 * Candidates::slack, ticks = 8.0;
+    // Candidates shall last about a dozen ticks; the place to ask for is as far ahead as their slack allows.
+    const auto slack_at = [&](std::size_t i, std::size_t end) {
+        const double motion2 =
+            std::max(norm2(chain.node(i) - last_nodes[i]), norm2(chain.node(end) - last_nodes[end]));
+        return std::clamp(7.0 * std::sqrt(motion2), Candidates::least_slack, Candidates::most_slack);
+    };
+    const auto ahead = [&](std::size_t i, double slack) {
+        constexpr double ticks = 6.0;
         const Vec3 p = chain.node(i), motion = ticks * (p - last_nodes[i]);
-        const double length = norm(motion);
+        const double length = norm(motion), farthest = 0.8 * slack;
         return length <= farthest ? p + motion : p + (farthest / length) * motion;
     };
     // A few go before they must, so that a chain that moves as one does not ask for all of its nodes in one
@@ -156,7 +162,9 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
             --early;
             holds = false;
         }
-        if (!holds) candidates[i].gather(scene, ahead(i), ahead(end), reach);
+        if (holds) continue;
+        const double slack = slack_at(i, end);
+        candidates[i].gather(scene, ahead(i, slack), ahead(end, slack), reach, slack);
     }
     for (std::size_t i = chain.first_segment; i < n; ++i)
         last_nodes[i] = chain.node(i);

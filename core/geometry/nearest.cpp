@@ -4,9 +4,9 @@
 namespace calot::geometry {
 namespace {
 
-// Lanes of a leaf whose triangles may be as near to p as `distance`: a triangle is at least as far as its
-// plane, and within the plane as the outside of each of its edges.
-unsigned near_lanes(const TriangleScene::FaceBlock& block, Vec3 p, double distance, float tolerance) {
+// For each triangle of a leaf, of the squared distance from p a lower bound, up to the screens' tolerance: it
+// is at least as far as its plane, and within the plane as the outside of each of its edges.
+detail::Float8 least_distance2(const TriangleScene::FaceBlock& block, Vec3 p) {
     using namespace detail;
     const Float8 x = splat8(static_cast<float>(p.x)), y = splat8(static_cast<float>(p.y)),
                  z = splat8(static_cast<float>(p.z));
@@ -19,8 +19,7 @@ unsigned near_lanes(const TriangleScene::FaceBlock& block, Vec3 p, double distan
         const Float8 beyond = -height(block.inward[k], block.inward_offset[k]);
         outside = outside > beyond ? outside : beyond;
     }
-    const float reach = static_cast<float>(distance) + 2.0f * tolerance;
-    return mask8(over * over + outside * outside <= splat8(reach * reach));
+    return over * over + outside * outside;
 }
 
 } // namespace
@@ -30,24 +29,43 @@ NearestPoint nearest_point(const TriangleScene& scene, Vec3 p, double reach) {
     if (!is_finite(p) || !(reach >= 0.0)) return best;
     double best_distance2 = reach * reach;
     std::uint32_t best_key = TriangleScene::none;
+    const auto ask = [&](std::uint32_t position) {
+        const TriangleScene::Triangle& t = scene.triangles()[position];
+        const Vec3 point =
+            closest_on_triangle(p, scene.corner(t, 0), scene.corner(t, 1), scene.corner(t, 2)).point;
+        const double distance2 = norm2(p - point);
+        const bool better = distance2 < best_distance2 || (distance2 == best_distance2 && t.key < best_key);
+        if (!better) return false;
+        best_distance2 = distance2;
+        best_key = t.key;
+        best.position = position;
+        best.point = point;
+        return true;
+    };
     const bool screened = scene.has_screens();
     scene.tree().nearest(p, best_distance2, [&](std::uint32_t leaf) {
-        const std::uint32_t first = scene.tree().leaf_begin(leaf);
-        unsigned lanes = (1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1;
-        if (screened)
-            lanes &= near_lanes(scene.faces(leaf), p, std::sqrt(best_distance2), scene.screen_tolerance());
-        for (; lanes != 0; lanes &= lanes - 1) {
-            const std::uint32_t position = first + static_cast<std::uint32_t>(__builtin_ctz(lanes));
-            const TriangleScene::Triangle& t = scene.triangles()[position];
-            const Vec3 point =
-                closest_on_triangle(p, scene.corner(t, 0), scene.corner(t, 1), scene.corner(t, 2)).point;
-            const double distance2 = norm2(p - point);
-            if (distance2 < best_distance2 || (distance2 == best_distance2 && t.key < best_key)) {
-                best_distance2 = distance2;
-                best_key = t.key;
-                best.position = position;
-                best.point = point;
-            }
+        const std::uint32_t first = scene.tree().leaf_begin(leaf), last = scene.tree().leaf_begin(leaf + 1);
+        if (!screened) {
+            for (std::uint32_t position = first; position < last; ++position)
+                ask(position);
+            return best_distance2;
+        }
+        // The most promising first, since each that is nearer refuses others.
+        using namespace detail;
+        const Float8 bound = least_distance2(scene.faces(leaf), p);
+        const auto possible = [&] {
+            const float reach =
+                static_cast<float>(std::sqrt(best_distance2)) + 2.0f * scene.screen_tolerance();
+            return mask8(bound <= splat8(reach * reach));
+        };
+        unsigned left = ((1u << (last - first)) - 1) & possible();
+        while (left != 0) {
+            auto lane = static_cast<std::uint32_t>(__builtin_ctz(left));
+            for (unsigned other = left & (left - 1); other != 0; other &= other - 1)
+                if (bound[__builtin_ctz(other)] < bound[lane])
+                    lane = static_cast<std::uint32_t>(__builtin_ctz(other));
+            left &= ~(1u << lane);
+            if (ask(first + lane)) left &= possible();
         }
         return best_distance2;
     });

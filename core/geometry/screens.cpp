@@ -13,9 +13,10 @@ void set_lane(float (&to)[3][8], std::uint32_t lane, Vec3 v) {
         to[k][lane] = static_cast<float>(v[k]);
 }
 
-void set(float (&to)[3], Vec3 v) {
-    for (int k = 0; k < 3; ++k)
-        to[k] = static_cast<float>(v[k]);
+TriangleScene::EdgeBlock no_edges() {
+    TriangleScene::EdgeBlock block{};
+    std::fill_n(block.length, 8, -std::numeric_limits<float>::infinity());
+    return block;
 }
 
 // Can the vertex be nearest to any point in front? The directions it is nearest to form a cone, polar to the
@@ -70,6 +71,7 @@ void TriangleScene::make_screens() {
         block = {};
         std::fill_n(block.offset, 8, std::numeric_limits<float>::infinity());
         const std::uint32_t first = tree_.leaf_begin(leaf);
+        std::uint32_t edge_count = 0;
         for (std::uint32_t i = first; i < tree_.leaf_begin(leaf + 1); ++i) {
             const Triangle& t = triangles_[i];
             const std::uint32_t lane = i - first;
@@ -98,27 +100,28 @@ void TriangleScene::make_screens() {
                 const Edge& edge = edges_[t.edge[k]];
                 const EdgeFrame frame = edge_frame(*this, edge);
                 if (!frame.convex) continue;
-                EdgeScreen screen{};
+                if (edge_count % 8 == 0) edge_blocks_.push_back(no_edges());
+                EdgeBlock& to = edge_blocks_.back();
+                const std::uint32_t at = edge_count++ % 8;
                 const double length = norm(frame.along);
                 const Vec3 n0 = area_vector(*this, edge.triangle[0]);
                 const bool turned = dot(cross(frame.along, frame.inward0), n0) < 0.0;
-                set(screen.start, turned ? frame.start + frame.along : frame.start);
-                set(screen.along, ((turned ? -1.0 : 1.0) / length) * frame.along);
-                screen.length = static_cast<float>(length);
+                set_lane(to.start, at, turned ? frame.start + frame.along : frame.start);
+                set_lane(to.along, at, ((turned ? -1.0 : 1.0) / length) * frame.along);
+                to.length[at] = static_cast<float>(length);
                 // Towards a face that is hardly there nothing is refused.
                 const auto unit_or_none = [&](Vec3 m) {
                     return norm(m) > 1e-6 * length ? (1.0 / norm(m)) * m : Vec3{};
                 };
-                set(screen.inward0, unit_or_none(frame.inward0));
-                set(screen.inward1, unit_or_none(frame.inward1));
+                set_lane(to.inward0, at, unit_or_none(frame.inward0));
+                set_lane(to.inward1, at, unit_or_none(frame.inward1));
                 const bool blunt =
                     edge.triangle[1] != none && dot(n0, area_vector(*this, edge.triangle[1])) > 0.0;
-                screen.tilt = static_cast<float>(blunt ? frame.tilt : -frame.tilt);
-                screen.edge = t.edge[k];
-                edge_screens_.push_back(screen);
+                to.tilt[at] = static_cast<float>(blunt ? frame.tilt : -frame.tilt);
+                to.edge[at] = t.edge[k];
             }
         }
-        leaf_edges_.push_back(static_cast<std::uint32_t>(edge_screens_.size()));
+        leaf_edges_.push_back(static_cast<std::uint32_t>(edge_blocks_.size()));
         leaf_vertex_begins_.push_back(static_cast<std::uint32_t>(leaf_vertices_.size()));
     }
 }

@@ -56,11 +56,13 @@ class TriangleScene {
         float normal[3][8], offset[8]; // height over the plane: normal . p - offset
         float inward[3][3][8], inward_offset[3][8]; // of edge k, in the plane: likewise
     };
-    struct alignas(64) EdgeScreen {       // a convex edge
-        float start[3], along[3], length; // along: unit, so turned that along x inward0 is the face's normal
-        float inward0[3], inward1[3];     // unit, in the planes of its faces; 0 where there is none
-        float tilt;                       // allowed to segments, rad; negative: turns by more than 90 degrees
-        std::uint32_t edge;
+    struct alignas(
+        32) EdgeBlock { // up to eight convex edges of one leaf, lane by lane; unused lanes pass nothing
+        float start[3][8], along[3][8],
+            length[8]; // along: unit, so turned that along x inward0 is the face's normal
+        float inward0[3][8], inward1[3][8]; // unit, in the planes of its faces; 0 where there is none
+        float tilt[8]; // allowed to segments, rad; negative: turns by more than 90 degrees
+        std::uint32_t edge[8];
     };
 
     TriangleScene() = default;
@@ -108,8 +110,8 @@ class TriangleScene {
     // Screens exist until vertices are moved: for moving surfaces their upkeep would cost more than it saves.
     bool has_screens() const { return !faces_.empty(); }
     const FaceBlock& faces(std::uint32_t leaf) const { return faces_[leaf]; }
-    std::span<const EdgeScreen> convex_edges(std::uint32_t leaf) const {
-        return std::span(edge_screens_).subspan(leaf_edges_[leaf], leaf_edges_[leaf + 1] - leaf_edges_[leaf]);
+    std::span<const EdgeBlock> convex_edges(std::uint32_t leaf) const {
+        return std::span(edge_blocks_).subspan(leaf_edges_[leaf], leaf_edges_[leaf + 1] - leaf_edges_[leaf]);
     }
     // Vertices that can be nearest to anything outside, by the leaf of their owner.
     std::span<const std::uint32_t> salient_vertices(std::uint32_t leaf) const {
@@ -145,7 +147,7 @@ class TriangleScene {
     std::vector<Vertex4> rounded_;
 
     std::vector<FaceBlock> faces_;
-    std::vector<EdgeScreen> edge_screens_;
+    std::vector<EdgeBlock> edge_blocks_;
     std::vector<std::uint32_t> leaf_edges_, leaf_vertices_, leaf_vertex_begins_;
     std::vector<bool> salient_;
     float screen_tolerance_ = 0;

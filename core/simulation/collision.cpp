@@ -61,7 +61,7 @@ struct Collision::Impl {
         const auto chain = geometry::Chain::of_block(block, radius, first_segment);
         const auto found = finder.find(scene, chain, reach);
         const auto self_start = std::chrono::steady_clock::now();
-        const auto found_self = self_finder.find(chain, reach);
+        const auto found_self = self_finder.find(chain, 2 * reach); // both sides move
         const auto self_end = std::chrono::steady_clock::now();
 
         list.deepest = list.deepest_self = 0;
