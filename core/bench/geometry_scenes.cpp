@@ -99,8 +99,8 @@ std::vector<double> FoldedTube::shaft_on_wall(std::size_t nodes, double radius, 
     for (std::size_t i = 0; i < nodes; ++i) {
         Vec3 p{};
         do {
-            s += kind_ == Kind::stomach ? 6e-6 : 1e-4 / 1.2;
-            turn += kind_ == Kind::stomach ? 2.2e-4 : 1e-3;
+            s += kind_ == Kind::stomach ? 5e-5 : 1e-4 / 1.2;
+            turn += kind_ == Kind::stomach ? 1.8e-3 : 1e-3;
             if (kind_ == Kind::stomach) {
                 p = inside(s, turn, 0);
                 p = (1.0 - (radius + 1e-4) / norm(p)) * p;

@@ -93,6 +93,7 @@ bool vertex_may_touch(const TriangleScene& scene, std::uint32_t vertex, Vec3 p0,
 
 void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach, double slack) {
     version_ = scene.version();
+    surface_ = 0;
     q0_ = q0;
     q1_ = q1;
     reach_ = reach;

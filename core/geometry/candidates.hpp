@@ -31,7 +31,7 @@ class Candidates {
   public:
     // Ends may move `slack`, m, before the tree is asked again. What rests wants short lists, what moves
     // wants to keep them for many ticks.
-    static constexpr double least_slack = 0.4e-3, most_slack = 2e-3;
+    static constexpr double least_slack = 0.4e-3, least_moving_slack = 1e-3, most_slack = 2e-3;
     static constexpr std::size_t most_faces = 256, most_edges = 192, most_vertices = 128;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
@@ -47,6 +47,13 @@ class Candidates {
 
     // Finds them anew, for scenes with screens only. complete(): there were not too many to remember.
     void gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach, double slack);
+
+    // The same for a scene whose vertices move: which triangles are within reach is asked of the tree; their
+    // screens are made anew for each content of the scene, until the ends or the vertices have moved too far.
+    bool hold_moving(const TriangleScene& scene, Vec3 p0, Vec3 p1, double reach) const;
+    void gather_moving(const TriangleScene& scene, Vec3 q0, Vec3 q1, double reach, double slack);
+    bool are_screens_of(const TriangleScene& scene) const { return version_ == scene.version(); }
+    void make_screens(const TriangleScene& scene);
 
     bool complete() const { return complete_; }
     std::span<const std::uint32_t> vertices() const { return {vertices_.data(), vertex_count_}; }
@@ -71,6 +78,8 @@ class Candidates {
         unsigned at_point, inside;
     };
     EdgeLanes screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const;
+    void screen_faces(const TriangleScene& scene);
+    void screen_edges(const TriangleScene& scene);
     void add_face(const TriangleScene::FaceBlock& block, std::uint32_t lane, std::uint32_t position);
     void add_vertex(std::uint32_t vertex);
     void add_edge(const TriangleScene::EdgeBlock& block, std::uint32_t lane);
@@ -78,12 +87,19 @@ class Candidates {
     std::uint64_t version_ = 0;
     Vec3 q0_, q1_;
     double reach_ = 0, slack_ = 0;
-    float tolerance_ = 0;
+    float tolerance_ = 0, least_height_ = 0;
     bool complete_ = false;
     std::uint32_t face_count_ = 0, edge_count_ = 0, vertex_count_ = 0;
     std::array<FaceLanes, most_faces / 8> faces_;
     std::array<std::uint32_t, most_vertices> vertices_;
     std::array<EdgeBlock, most_edges / 8> edges_;
+
+    // Of a moving scene: positions of the triangles within reach, and how far it had moved then.
+    std::uint64_t surface_ = 0;
+    double moved_ = 0, span_ = 0; // span: how far from q0 their corners were, m
+    std::uint32_t near_count_ = 0;
+    bool near_complete_ = false;
+    std::array<std::uint32_t, most_faces> near_;
 };
 
 namespace detail {

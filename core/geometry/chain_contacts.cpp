@@ -114,7 +114,7 @@ struct ChainContacts::Impl {
         crossed_edges; // of an even and an odd segment, between its node's turn and its own
 
     bool remembers(const TriangleScene& scene, std::size_t slot) const {
-        return scene.has_screens() && candidates[slot].complete();
+        return candidates[slot].are_screens_of(scene) && candidates[slot].complete();
     }
     void refresh(const TriangleScene& scene, const Chain& chain, double margin);
     void find_at_node(const TriangleScene& scene, const Chain& chain, double margin, std::size_t node);
@@ -143,7 +143,8 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
     const auto slack_at = [&](std::size_t i, std::size_t end) {
         const double motion2 =
             std::max(norm2(chain.node(i) - last_nodes[i]), norm2(chain.node(end) - last_nodes[end]));
-        return std::clamp(7.0 * std::sqrt(motion2), Candidates::least_slack, Candidates::most_slack);
+        const double least = scene.has_screens() ? Candidates::least_slack : Candidates::least_moving_slack;
+        return std::clamp(7.0 * std::sqrt(motion2), least, Candidates::most_slack);
     };
     const auto ahead = [&](std::size_t i, double slack) {
         constexpr double ticks = 6.0;
@@ -157,14 +158,23 @@ void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain
     for (std::size_t i = chain.first_segment; i < n; ++i) {
         const std::size_t end = i + 1 < n ? i + 1 : i;
         const double reach = chain.node_radius(i) + margin;
-        bool holds = candidates[i].hold(scene.version(), chain.node(i), chain.node(end), reach);
-        if (holds && early > 0 && candidates[i].aging(chain.node(i), last_nodes[i])) {
+        const Vec3 p0 = chain.node(i), p1 = chain.node(end);
+        Candidates& near = candidates[i];
+        bool holds = scene.has_screens() ? near.hold(scene.version(), p0, p1, reach)
+                                         : near.hold_moving(scene, p0, p1, reach);
+        if (holds && early > 0 && near.aging(p0, last_nodes[i])) {
             --early;
             holds = false;
         }
-        if (holds) continue;
-        const double slack = slack_at(i, end);
-        candidates[i].gather(scene, ahead(i, slack), ahead(end, slack), reach, slack);
+        if (!holds) {
+            const double slack = slack_at(i, end);
+            const Vec3 q0 = ahead(i, slack), q1 = ahead(end, slack);
+            if (scene.has_screens())
+                near.gather(scene, q0, q1, reach, slack);
+            else
+                near.gather_moving(scene, q0, q1, reach, slack);
+        }
+        if (!near.are_screens_of(scene)) near.make_screens(scene);
     }
     for (std::size_t i = chain.first_segment; i < n; ++i)
         last_nodes[i] = chain.node(i);
@@ -369,7 +379,7 @@ std::span<const Contact> ChainContacts::find(const TriangleScene& scene, const C
     state.memory.start();
     if (chain.first_segment < chain.radius.size()) {
         const std::size_t n = chain.node_count();
-        if (scene.has_screens()) state.refresh(scene, chain, margin);
+        state.refresh(scene, chain, margin);
         for (std::size_t i = chain.first_segment; i < n; ++i) {
             state.find_at_node(scene, chain, margin, i);
             if (i > chain.first_segment) state.find_on_segment(scene, chain, margin, i - 1);

@@ -18,6 +18,20 @@ bool acceptable(double coordinate) {
     return std::fabs(coordinate) <= farthest_coordinate;
 } // false for NaN
 
+using Float4 = float __attribute__((vector_size(16)));
+
+template<class Vertex4>
+Float4 load4(const Vertex4& v) {
+    static_assert(sizeof v == sizeof(Float4) && alignof(Vertex4) == alignof(Float4));
+    return *reinterpret_cast<const Float4*>(&v);
+}
+Float4 less(Float4 a, Float4 b) {
+    return a < b ? a : b;
+}
+Float4 more(Float4 a, Float4 b) {
+    return a > b ? a : b;
+}
+
 // Never shown to anyone and never part of a result: only tells contents apart.
 std::uint64_t next_version() {
     static std::atomic<std::uint64_t> last{0};
@@ -43,6 +57,12 @@ bool has_area(Vec3 a, Vec3 b, Vec3 c) {
 
 } // namespace
 
+TriangleScene::Surface::Surface(const Surface&) : number(next_version()) {}
+TriangleScene::Surface& TriangleScene::Surface::operator=(const Surface& other) {
+    if (this != &other) number = next_version();
+    return *this;
+}
+
 TriangleScene::TriangleScene(std::span<const OrganSurface> organs) {
     if (organs.size() > most_organs) throw std::invalid_argument("more than 256 organs in one scene");
     std::size_t total = 0;
@@ -56,7 +76,7 @@ TriangleScene::TriangleScene(std::span<const OrganSurface> organs) {
     find_edges();
     find_fans();
     make_screens();
-    version_ = next_version();
+    version_ = surface_.number = next_version();
 }
 
 void TriangleScene::add_organ(const OrganSurface& organ) {
@@ -201,12 +221,20 @@ bool TriangleScene::move_vertices(std::span<const double> vertices) {
     for (const double coordinate : vertices)
         all_acceptable &= acceptable(coordinate);
     if (!all_acceptable) return false;
+    Float4 farthest{}, largest{};
     for (std::size_t v = 0; v < source_to_vertex_.size(); ++v) {
         const double* p = &vertices[3 * v];
         const std::uint32_t to = source_to_vertex_[v];
         vertices_[to] = {p[0], p[1], p[2]};
-        rounded_[to] = {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0.0f};
+        const Vertex4 now{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0.0f};
+        const Float4 way = load4(now) - load4(rounded_[to]);
+        farthest = more(farthest, more(way, -way));
+        largest = more(largest, more(load4(now), -load4(now)));
+        rounded_[to] = now;
     }
+    // Single precision errs by 2^-24 of the coordinates at either end of the way; twice that is left.
+    const auto length = [](Float4 v) { return norm(Vec3{v[0], v[1], v[2]}); };
+    moved_ += (1 + 1e-6) * length(farthest) + 3e-7 * length(largest);
     tree_.refit([this](std::uint32_t leaf) { return leaf_box(leaf); });
     faces_.clear();
     version_ = next_version();
@@ -216,10 +244,7 @@ bool TriangleScene::move_vertices(std::span<const double> vertices) {
 // Rounding to float is monotonous: the least of rounded coordinates, rounded down once more, bounds the exact
 // ones.
 Box TriangleScene::leaf_box(std::uint32_t leaf) const {
-    using Float4 = float __attribute__((vector_size(16)));
-    const auto load = [&](std::uint32_t v) { return *reinterpret_cast<const Float4*>(&rounded_[v]); };
-    const auto less = [](Float4 a, Float4 b) { return a < b ? a : b; };
-    const auto more = [](Float4 a, Float4 b) { return a > b ? a : b; };
+    const auto load = [&](std::uint32_t v) { return load4(rounded_[v]); };
     const std::uint32_t first = tree_.leaf_begin(leaf), last = tree_.leaf_begin(leaf + 1);
     Float4 lo = load(corners_[first][0]), hi = lo;
     for (std::uint32_t i = first; i < last; ++i) {

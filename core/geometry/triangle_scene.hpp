@@ -82,6 +82,10 @@ class TriangleScene {
 
     // Another number for any other content, within this process: candidates kept for another are void.
     std::uint64_t version() const { return version_; }
+    // How far, m, its vertices have moved at most since it was built, all ways added up; and the number that
+    // tells its surface from any other's, a copy's too, however it moves.
+    double moved() const { return moved_; }
+    std::uint64_t surface() const { return surface_.number; }
 
     bool empty() const { return triangles_.empty(); }
     std::size_t organ_count() const { return friction_.size(); }
@@ -107,7 +111,8 @@ class TriangleScene {
     std::uint32_t owner(std::uint32_t vertex) const { return owners_[vertex]; }
     const Bvh& tree() const { return tree_; }
 
-    // Screens exist until vertices are moved: for moving surfaces their upkeep would cost more than it saves.
+    // Screens exist until vertices are moved: of moving surfaces candidates screen what is near for
+    // themselves.
     bool has_screens() const { return !faces_.empty(); }
     const FaceBlock& faces(std::uint32_t leaf) const { return faces_[leaf]; }
     std::span<const EdgeBlock> convex_edges(std::uint32_t leaf) const {
@@ -135,7 +140,18 @@ class TriangleScene {
     std::vector<Edge> edges_;
     std::vector<std::uint32_t> fan_starts_, fans_, owners_;
     std::vector<std::vector<double>> friction_; // [organ][region]
+    // A copy moves on its own: it gets a number of its own.
+    struct Surface {
+        std::uint64_t number = 0;
+        Surface() = default;
+        Surface(const Surface&);
+        Surface(Surface&&) = default;
+        Surface& operator=(const Surface&);
+        Surface& operator=(Surface&&) = default;
+    };
     Bvh tree_;
+    Surface surface_;
+    double moved_ = 0;
     std::uint64_t version_ = 0;
     std::size_t skipped_ = 0, irregular_edges_ = 0;
 
