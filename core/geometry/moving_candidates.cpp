@@ -2,6 +2,8 @@
 // surface has moved by the slack; how each of them lies is looked up for each content of the scene, eight at
 // a time, in single precision relative to the first end.
 #include "geometry/candidates.hpp"
+#include "geometry/near_segment.hpp"
+#include "geometry/surface_minima.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +13,7 @@ namespace {
 
 using detail::Float8;
 using detail::Int8;
+using detail::most;
 
 struct Points8 {
     Float8 x, y, z;
@@ -43,9 +46,6 @@ Float8 dot(Points8 a, Points8 b) {
 }
 Points8 cross(Points8 a, Points8 b) {
     return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-Float8 most(Float8 a, Float8 b) {
-    return a > b ? a : b;
 }
 Float8 root(Float8 v) {
 #if defined(__AVX__)
@@ -125,14 +125,16 @@ void Candidates::make_screens(const TriangleScene& scene) {
     for (std::uint32_t n = 0; n < near_count_; ++n) {
         const TriangleScene::Triangle& t = scene.triangles()[near_[n]];
         for (int k = 0; k < 3; ++k)
-            if (t.owns >> (3 + k) & 1) add_vertex(t.vertex[k]);
+            if ((t.owns >> (3 + k) & 1) &&
+                detail::vertex_may_touch(scene, t.vertex[k], q0_, q1_, reach_, slack_ + 1e-6))
+                add_vertex(t.vertex[k]);
     }
 }
 
 void Candidates::screen_faces(const TriangleScene& scene) {
     PointLanes corner[3];
     for (std::uint32_t first = 0; first < near_count_; first += 8) {
-        FaceLanes& to = faces_[first / 8];
+        FaceLanes& to = faces_[face_count_ / 8];
         const std::uint32_t used = std::min(near_count_ - first, 8u);
         for (std::uint32_t lane = 0; lane < used; ++lane) {
             to.position[lane] = near_[first + lane];
@@ -156,8 +158,9 @@ void Candidates::screen_faces(const TriangleScene& scene) {
             store(to.planes.inward[k], inward);
             store(to.planes.inward_offset[k], dot(inward, p[k]));
         }
+        const auto margin = static_cast<float>(slack_) + tolerance_;
+        if (detail::lanes_below(to.planes, {}, static_cast<float>(reach_), margin) != 0) face_count_ += used;
     }
-    face_count_ = near_count_;
 }
 
 void Candidates::screen_edges(const TriangleScene& scene) {
@@ -165,6 +168,7 @@ void Candidates::screen_edges(const TriangleScene& scene) {
     PointLanes end[2], opposite[2];
     alignas(32) std::int32_t is_border[8];
     std::uint32_t used = 0;
+    const detail::NearSegment segment({}, q1_ - q0_, reach_, static_cast<float>(slack_) + tolerance_);
     const auto flush = [&] {
         if (used == 0) return;
         EdgeBlock& to = edges_[edge_count_ / 8];
@@ -185,13 +189,21 @@ void Candidates::screen_edges(const TriangleScene& scene) {
         const Int8 uncertain = (dot(inward0, inward0) <= zero) | (dot(inward1, inward1) <= zero) |
                                *reinterpret_cast<const Int8*>(is_border);
         const Int8 convex = uncertain | (dip > detail::splat8(-1e-3f));
-        const Int8 sharp = uncertain | (dip > detail::splat8(0.16f)) | (dot(n0, n1) <= detail::splat8(0.01f));
+        // As TriangleScene::EdgeBlock::tilt says; a little is added.
+        const Float8 rim = detail::splat8(static_cast<float>(1.02 * detail::rim_tilt));
+        const Int8 turns_back = uncertain | (dot(n0, n1) <= detail::splat8(0.01f));
+        const Float8 blunt = dip > detail::splat8(static_cast<float>(0.95 * detail::rim_sharpness))
+                                 ? rim
+                                 : detail::splat8(1e-6f);
         store(to.start, start), store(to.along, along);
         store(to.inward0, inward0), store(to.inward1, inward1);
         // What is not convex passes nothing.
         store(to.length, convex ? length : detail::splat8(-1.0f));
-        store(to.tilt, sharp ? detail::splat8(0.051f) : zero);
-        edge_count_ += used;
+        store(to.tilt, turns_back ? -rim : blunt);
+        if (segment.touching(to) != 0) {
+            store(to.tilt, turns_back ? rim : blunt);
+            edge_count_ += used;
+        }
         used = 0;
     };
     for (std::uint32_t n = 0; n < near_count_; ++n) {

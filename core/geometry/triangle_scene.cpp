@@ -226,11 +226,11 @@ bool TriangleScene::move_vertices(std::span<const double> vertices) {
         const double* p = &vertices[3 * v];
         const std::uint32_t to = source_to_vertex_[v];
         vertices_[to] = {p[0], p[1], p[2]};
-        const Vertex4 now{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0.0f};
-        const Float4 way = load4(now) - load4(rounded_[to]);
+        const Float4 now{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0.0f};
+        const Float4 way = now - load4(rounded_[to]);
         farthest = more(farthest, more(way, -way));
-        largest = more(largest, more(load4(now), -load4(now)));
-        rounded_[to] = now;
+        largest = more(largest, more(now, -now));
+        rounded_[to] = {now[0], now[1], now[2], 0.0f};
     }
     // Single precision errs by 2^-24 of the coordinates at either end of the way; twice that is left.
     const auto length = [](Float4 v) { return norm(Vec3{v[0], v[1], v[2]}); };
