@@ -21,8 +21,8 @@ namespace {
 // What each part of each tick cost, in s.
 class CostRecorder : public simulation::Observer {
   public:
-    static constexpr std::size_t part_count = 6;
-    static constexpr const char* names[part_count] = {"rod",       "constraints", "collision",
+    static constexpr std::size_t part_count = 7;
+    static constexpr const char* names[part_count] = {"rod",       "constraints", "collision", "self-contact",
                                                       "procedure", "device",      "pipeline"};
 
     explicit CostRecorder(std::size_t ticks) {
@@ -31,7 +31,8 @@ class CostRecorder : public simulation::Observer {
     }
     void ticked(const simulation::Snapshot& snapshot) override {
         const simulation::TickCost& c = snapshot.cost;
-        const double costs[part_count] = {c.rod, c.constraints, c.collision, c.procedure, c.device, c.total};
+        const double costs[part_count] = {c.rod,       c.constraints, c.collision, c.self_contact,
+                                          c.procedure, c.device,      c.total};
         for (std::size_t i = 0; i < part_count; ++i)
             parts_[i].push_back(costs[i]);
         over_a_tick_ += c.total > 1e-3;
