@@ -92,28 +92,35 @@ Surface FoldedTube::wall(std::uint32_t rings, std::uint32_t sides, double swell)
 
 std::vector<double> FoldedTube::shaft_on_wall(std::size_t nodes, double radius, double along) const {
     std::vector<double> block(3 * nodes);
+    const bool is_stomach = kind_ == Kind::stomach;
     // A helix in the stomach; in the colon half a turn for each 0.3 m, on the tops of the folds.
-    double s = kind_ == Kind::stomach ? 0.18 : 0.01 + along / 1.2, turn = along / 0.06;
-    if (kind_ == Kind::colon) turn = 0;
-    Vec3 last{};
+    const double step_s = is_stomach ? 5e-5 : 1e-4 / 1.2, step_turn = is_stomach ? 1.8e-3 : 1e-3;
+    double s = is_stomach ? 0.18 : 0.01 + along / 1.2, turn = is_stomach ? along / 0.06 : 0.0;
+    const auto place = [&](double share) {
+        const double at = s + share * step_s, about = turn + share * step_turn;
+        if (is_stomach) {
+            const Vec3 p = inside(at, about, 0);
+            return (1.0 - (radius + 1e-4) / norm(p)) * p;
+        }
+        const Middle m = colon_middle(1.2 * at);
+        const double out = 0.0142 - 0.0003 - radius;
+        return m.place + out * std::cos(about) * m.side + out * std::sin(about) * m.up;
+    };
+    Vec3 last = place(0);
     for (std::size_t i = 0; i < nodes; ++i) {
-        Vec3 p{};
-        do {
-            s += kind_ == Kind::stomach ? 5e-5 : 1e-4 / 1.2;
-            turn += kind_ == Kind::stomach ? 1.8e-3 : 1e-3;
-            if (kind_ == Kind::stomach) {
-                p = inside(s, turn, 0);
-                p = (1.0 - (radius + 1e-4) / norm(p)) * p;
-            } else {
-                const Middle m = colon_middle(1.2 * s);
-                const double out = 0.0142 - 0.0003 - radius;
-                p = m.place + out * std::cos(turn) * m.side + out * std::sin(turn) * m.up;
-            }
-        } while (i > 0 && norm(p - last) < 0.010);
-        last = p;
-        block[i] = p.x;
-        block[nodes + i] = p.y;
-        block[2 * nodes + i] = p.z;
+        if (i > 0) {
+            const auto is_near = [&](double share) { return norm(place(share) - last) < 0.010; };
+            while (is_near(1))
+                s += step_s, turn += step_turn;
+            double low = 0, high = 1;
+            for (int k = 0; k < 30; ++k)
+                (is_near(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+            s += high * step_s, turn += high * step_turn;
+            last = place(0);
+        }
+        block[i] = last.x;
+        block[nodes + i] = last.y;
+        block[2 * nodes + i] = last.z;
     }
     return block;
 }

@@ -87,7 +87,8 @@ class Bvh {
     void overlapping(const Box& query, Visit&& visit) const;
 
     // The same for a capsule: leaves whose box overlaps that of segment a-b grown by `radius`, and comes as
-    // near to its middle as any point of the capsule does.
+    // near to its middle as any point of the capsule does. Calls visit(leaf, near_a): near_a is false when
+    // the leaf's box is farther than `radius` from a.
     template<class Visit>
     void around_segment(Vec3 a, Vec3 b, double radius, Visit&& visit) const;
 
@@ -194,12 +195,29 @@ void Bvh::overlapping(const Box& query, Visit&& visit) const {
 
 template<class Visit>
 void Bvh::around_segment(Vec3 a, Vec3 b, double radius, Visit&& visit) const {
-    const detail::BoxLanes lanes(box_of(a, b, radius));
+    using namespace detail;
+    if (nodes_.empty()) return;
+    const BoxLanes lanes(box_of(a, b, radius));
     const Vec3 middle = 0.5 * (a + b);
-    const detail::BoxLanes centre(box_of(middle, middle, 0.0)); // a tiny box: rounded outwards
+    const BoxLanes centre(box_of(middle, middle, 0.0)), start(box_of(a, a, 0.0)); // tiny: rounded outwards
     const double farthest = 0.5 * norm(b - a) + radius;
-    const detail::Float8 limit = detail::splat8(rounded_up(farthest * farthest));
-    walk([&](const Node& node) { return lanes.overlap(node) & (centre.distance2(node) <= limit); }, visit);
+    const Float8 limit = splat8(rounded_up(farthest * farthest)), near = splat8(rounded_up(radius * radius));
+    std::uint32_t stack[stack_size];
+    int top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+        const Node& node = nodes_[stack[--top]];
+        unsigned mask = mask8(lanes.overlap(node) & (centre.distance2(node) <= limit));
+        if (mask == 0) continue;
+        const unsigned near_a = mask8(start.distance2(node) <= near);
+        for (; mask != 0; mask &= mask - 1) {
+            const int i = __builtin_ctz(mask);
+            if (node.leaf[i])
+                visit(node.child[i], (near_a >> i & 1) != 0);
+            else if (node.child[i] != 0) // an empty slot overlaps an infinite query only
+                stack[top++] = node.child[i];
+        }
+    }
 }
 
 template<class Visit>

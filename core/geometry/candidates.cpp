@@ -22,22 +22,26 @@ void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double rea
     face_count_ = edge_count_ = vertex_count_ = 0;
     const float r = static_cast<float>(reach), s = static_cast<float>(slack) + scene.screen_tolerance();
     const detail::NearSegment segment(q0, q1, reach, s);
-    scene.tree().around_segment(q0, q1, reach + slack, [&](std::uint32_t leaf) {
-        const std::uint32_t first = scene.tree().leaf_begin(leaf);
-        const TriangleScene::FaceBlock& block = scene.faces(leaf);
-        unsigned lanes = detail::lanes_below(block, q0, r, s);
-        lanes &= (1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1;
-        for (; lanes != 0; lanes &= lanes - 1) {
-            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-            add_face(block, lane, first + lane);
-        }
-        for (const TriangleScene::EdgeBlock& edges : scene.convex_edges(leaf))
-            for (lanes = segment.touching(edges); lanes != 0; lanes &= lanes - 1)
-                add_edge(edges, static_cast<std::uint32_t>(__builtin_ctz(lanes)));
-        for (const std::uint32_t vertex : scene.salient_vertices(leaf))
-            if (detail::vertex_may_touch(scene, vertex, q0, q1, reach, static_cast<double>(s)))
-                add_vertex(vertex);
-    });
+    scene.tree().around_segment(
+        q0, q1, reach + static_cast<double>(s), [&](std::uint32_t leaf, bool near_q0) {
+            unsigned lanes = 0;
+            if (near_q0) { // faces are asked for the first end only
+                const std::uint32_t first = scene.tree().leaf_begin(leaf);
+                const TriangleScene::FaceBlock& block = scene.faces(leaf);
+                lanes = detail::lanes_below(block, q0, r, s);
+                lanes &= (1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1;
+                for (; lanes != 0; lanes &= lanes - 1) {
+                    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+                    add_face(block, lane, first + lane);
+                }
+            }
+            for (const TriangleScene::EdgeBlock& edges : scene.convex_edges(leaf))
+                for (lanes = segment.touching(edges); lanes != 0; lanes &= lanes - 1)
+                    add_edge(edges, static_cast<std::uint32_t>(__builtin_ctz(lanes)));
+            for (const std::uint32_t vertex : scene.salient_vertices(leaf))
+                if (detail::vertex_may_touch(scene, vertex, q0, q1, reach, static_cast<double>(s)))
+                    add_vertex(vertex);
+        });
 }
 
 void Candidates::add_vertex(std::uint32_t vertex) {
@@ -52,7 +56,7 @@ void Candidates::add_face(const TriangleScene::FaceBlock& block, std::uint32_t l
         complete_ = false;
         return;
     }
-    FaceLanes& to = faces_[face_count_ / 8];
+    FaceLanes& to = blocks_[face_count_ / 8].faces;
     const std::uint32_t at = face_count_++ % 8;
     to.position[at] = position;
     const auto copy = [&](const float(&n)[3][8], const float(&offset)[8], float(&n_to)[3][8],
@@ -72,7 +76,7 @@ void Candidates::add_edge(const EdgeBlock& block, std::uint32_t lane) {
         complete_ = false;
         return;
     }
-    EdgeBlock& to = edges_[edge_count_ / 8];
+    EdgeBlock& to = blocks_[edge_count_ / 8].edges;
     const std::uint32_t at = edge_count_++ % 8;
     for (int k = 0; k < 3; ++k) {
         to.start[k][at] = static_cast<float>(static_cast<double>(block.start[k][lane]) - q0_[k]);

@@ -32,7 +32,7 @@ class Candidates {
     // Ends may move `slack`, m, before the tree is asked again. What rests wants short lists, what moves
     // wants to keep them for many ticks.
     static constexpr double least_slack = 0.4e-3, least_moving_slack = 1e-3, most_slack = 2e-3;
-    static constexpr std::size_t most_faces = 256, most_edges = 192, most_vertices = 128;
+    static constexpr std::size_t most_faces = 224, most_edges = 224, most_vertices = 128;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
         return version_ == version && reach <= reach_ && norm2(p0 - q0_) <= slack_ * slack_ &&
@@ -42,7 +42,7 @@ class Candidates {
     // Is the first end, having come from `before`, on its way out?
     bool aging(Vec3 p0, Vec3 before) const {
         const Vec3 away = p0 - q0_;
-        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.1 * slack_ * slack_;
+        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.5 * slack_ * slack_;
     }
 
     // Finds them anew, for scenes with screens only. complete(): there were not too many to remember.
@@ -90,9 +90,7 @@ class Candidates {
     float tolerance_ = 0, least_height_ = 0;
     bool complete_ = false;
     std::uint32_t face_count_ = 0, edge_count_ = 0, vertex_count_ = 0;
-    std::array<FaceLanes, most_faces / 8> faces_;
     std::array<std::uint32_t, most_vertices> vertices_;
-    std::array<EdgeBlock, most_edges / 8> edges_;
 
     // Of a moving scene: positions of the triangles within reach, and how far it had moved then.
     std::uint64_t surface_ = 0;
@@ -100,6 +98,14 @@ class Candidates {
     std::uint32_t near_count_ = 0;
     bool near_complete_ = false;
     std::array<std::uint32_t, most_faces> near_;
+
+    // Side by side, since of both only the first few are used.
+    struct Blocks {
+        FaceLanes faces;
+        EdgeBlock edges;
+    };
+    static_assert(most_faces == most_edges);
+    std::array<Blocks, most_faces / 8> blocks_;
 };
 
 namespace detail {
@@ -123,7 +129,7 @@ inline unsigned lanes_below(const TriangleScene::FaceBlock& block, Vec3 p, float
 template<class Visit>
 void Candidates::faces(Vec3 p0, double reach, Visit&& visit) const {
     for (std::uint32_t first = 0; first < face_count_; first += 8) {
-        const FaceLanes& lanes = faces_[first / 8];
+        const FaceLanes& lanes = blocks_[first / 8].faces;
         const unsigned used = face_count_ - first >= 8 ? 0xffu : (1u << (face_count_ - first)) - 1;
         unsigned mask =
             used & detail::lanes_below(lanes.planes, p0 - q0_, static_cast<float>(reach), tolerance_);
@@ -135,7 +141,7 @@ void Candidates::faces(Vec3 p0, double reach, Visit&& visit) const {
 template<class AtPoint, class Inside>
 void Candidates::edges(Vec3 p0, Vec3 p1, double reach, AtPoint&& at_point, Inside&& inside) const {
     for (std::uint32_t first = 0; first < edge_count_; first += 8) {
-        const EdgeBlock& block = edges_[first / 8];
+        const EdgeBlock& block = blocks_[first / 8].edges;
         EdgeLanes lanes = screen(block, p0 - q0_, p1 - q0_, static_cast<float>(reach));
         const unsigned used = edge_count_ - first >= 8 ? 0xffu : (1u << (edge_count_ - first)) - 1;
         for (lanes.at_point &= used; lanes.at_point != 0; lanes.at_point &= lanes.at_point - 1)

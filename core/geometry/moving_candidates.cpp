@@ -91,7 +91,7 @@ void Candidates::gather_moving(const TriangleScene& scene, Vec3 q0, Vec3 q1, dou
     const double limit = reach + slack + 1e-6;
     const Vec3 u = q1 - q0;
     const double uu = norm2(u), inverse = uu > 0.0 ? 1.0 / uu : 0.0;
-    scene.tree().around_segment(q0, q1, limit, [&](std::uint32_t leaf) {
+    scene.tree().around_segment(q0, q1, limit, [&](std::uint32_t leaf, bool) {
         for (std::uint32_t i = scene.tree().leaf_begin(leaf); i < scene.tree().leaf_begin(leaf + 1); ++i) {
             const TriangleScene::Triangle& t = scene.triangles()[i];
             // Its bounding sphere about the middle against the segment.
@@ -134,7 +134,7 @@ void Candidates::make_screens(const TriangleScene& scene) {
 void Candidates::screen_faces(const TriangleScene& scene) {
     PointLanes corner[3];
     for (std::uint32_t first = 0; first < near_count_; first += 8) {
-        FaceLanes& to = faces_[face_count_ / 8];
+        FaceLanes& to = blocks_[face_count_ / 8].faces;
         const std::uint32_t used = std::min(near_count_ - first, 8u);
         for (std::uint32_t lane = 0; lane < used; ++lane) {
             to.position[lane] = near_[first + lane];
@@ -171,7 +171,7 @@ void Candidates::screen_edges(const TriangleScene& scene) {
     const detail::NearSegment segment({}, q1_ - q0_, reach_, static_cast<float>(slack_) + tolerance_);
     const auto flush = [&] {
         if (used == 0) return;
-        EdgeBlock& to = edges_[edge_count_ / 8];
+        EdgeBlock& to = blocks_[edge_count_ / 8].edges;
         for (PointLanes* lanes : {&end[0], &end[1], &opposite[0], &opposite[1]})
             lanes->repeat(used);
         std::fill(is_border + used, is_border + 8, 0);
@@ -222,7 +222,7 @@ void Candidates::screen_edges(const TriangleScene& scene) {
             // Of a border's missing face: no direction across.
             opposite[1].set(used, scene.vertices()[has_two ? edge.opposite[1] : t.vertex[k]] - q0_);
             is_border[used] = has_two ? 0 : -1;
-            edges_[edge_count_ / 8].edge[used] = t.edge[k];
+            blocks_[edge_count_ / 8].edges.edge[used] = t.edge[k];
             if (++used == 8) flush();
         }
     }
