@@ -29,6 +29,12 @@ struct Options {
     std::string record; // of a replay
 };
 
+// A datasheet's file by its whole path, so that a replay finds it from another folder; a name stays one.
+std::string lasting(const std::string& word) {
+    const bool is_file = word.find('/') != std::string::npos || word.ends_with(".toml");
+    return is_file ? std::filesystem::absolute(word).string() : word;
+}
+
 int run(const Options& given) {
     CaseOptions options = given.wanted;
     for (const std::string& entry : given.anatomy) {
@@ -43,8 +49,9 @@ int run(const Options& given) {
         const std::size_t equals = entry.find('=');
         if (equals == std::string::npos)
             throw host::UserError("--instrument", entry, "must be CHANNEL=NAME, for example 1=forceps");
-        options.instruments[entry.substr(0, equals)] = entry.substr(equals + 1);
+        options.instruments[entry.substr(0, equals)] = lasting(entry.substr(equals + 1));
     }
+    options.endoscope = lasting(options.endoscope);
     if (!given.speed.empty())
         options.is_realtime = given.speed == "realtime";
     else

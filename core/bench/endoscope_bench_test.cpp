@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <sstream>
 #include <unistd.h>
@@ -73,6 +74,27 @@ TEST_F(EndoscopeOnTheBench, a_stiffer_instrument_costs_more_angle_than_any_table
     b.instruments[0].flexural_rigidity = 0.004; // as much as the bending section itself
     const auto found = run(make, b);
     EXPECT_NEAR(measured(found.rows, "up_degrees_with_needle"), 0.5 * measured(found.rows, "up_degrees"), 3);
+}
+
+TEST_F(EndoscopeOnTheBench, comes_to_rest_after_the_fastest_wheel_whatever_damps_it) {
+    for (const double drag : {6.0, 0.6}) { // N s/m2
+        EndoscopeBench b = bench("gif-2t160");
+        for (simulation::ShaftSegment& s : b.sheet.segments)
+            s.drag = drag;
+        EndoscopeJig rod(make, shortened(b.sheet, 0.18), 27, std::nullopt, 0);
+        for (const double target : {3.0, -1.0, 0.5}) {
+            const auto wait = [&](int ticks) {
+                double least = 1e9, most = -1e9;
+                for (int k = 0; k < ticks; ++k) {
+                    rod.step({target, 0});
+                    least = std::min(least, rod.angulation()[0]), most = std::max(most, rod.angulation()[0]);
+                }
+                return most - least;
+            };
+            wait(20'000);
+            EXPECT_LT(wait(500), 2e-3) << "rad, with a drag of " << drag << " at " << target;
+        }
+    }
 }
 
 TEST_F(EndoscopeOnTheBench, depends_little_on_the_nodes) {
