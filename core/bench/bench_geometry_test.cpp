@@ -52,7 +52,7 @@ TEST(BenchGeometry, its_shafts_lie_in_the_lumen_and_touch_the_wall) {
             in_wall += organ_containing(scene, p) != geometry::TriangleScene::none;
             const geometry::NearestPoint q = nearest_point(scene, p, 0.02);
             ASSERT_TRUE(q) << "node " << i;
-            EXPECT_GT(q.distance, 0.8 * radius) << "node " << i;
+            EXPECT_GT(q.distance, 0.7 * radius) << "node " << i; // pressed against the stomach's folds
             near += q.distance < radius + 2e-3;
         }
         EXPECT_EQ(in_wall, 0u);
