@@ -22,8 +22,10 @@ inline Turned between_frames(const double* const q[4], int i) {
     const double bw = q[0][i + 1], bx = q[1][i + 1], by = q[2][i + 1], bz = q[3][i + 1];
     const double p0 = aw * bw + ax * bx + ay * by + az * bz;
     const double sign = std::copysign(1.0, p0);
-    return {sign * (aw * bx - ax * bw - ay * bz + az * by), sign * (aw * by + ax * bz - ay * bw - az * bx),
-            sign * (aw * bz - ax * by + ay * bx - az * bw), sign * p0};
+    // In pairs that cancel to the last bit where both lie in one coordinate plane.
+    return {sign * ((aw * bx - ax * bw) + (az * by - ay * bz)),
+            sign * ((aw * by - ay * bw) + (ax * bz - az * bx)),
+            sign * ((aw * bz + ay * bx) - (ax * by + az * bw)), sign * p0};
 }
 
 } // namespace

@@ -21,7 +21,11 @@ constexpr double again_above = 0.02;
 // Where nothing touches the rod a tick is a stage of implicit Euler of this share of it, gone on with to the
 // tick's end at the same rates: the theta method, whose numerical damping ratio is (theta - 1/2) w h instead
 // of w h / 2. Contacts would rebound by it, and fast turns are not for it.
-constexpr double stage_share = 0.65, calm_turn = 0.005; // -, rad in a tick
+constexpr double stage_share = 0.65, calm_turn = 0.005, longest_staged = 2e-3; // -, rad in a tick, s
+// A torque whose axis is fixed in space has no potential: its part of the Jacobian is skew and left out. One
+// linearisation then lets it drive a strongly bent rod out of its plane; with such a torque there are more.
+constexpr double again_above_torque = 1e-7;
+constexpr int most_with_torque = 12;
 constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
 
 using Clock = std::chrono::steady_clock;
@@ -236,8 +240,8 @@ void DirectRod::begin(const StepInput& input) {
     base_cells_ = base, tip_cells_ = tip;
     if (stale) update_joints();
     update_guide();
-    const bool is_smooth = is_calm_ && now_.contacts.empty() && !now_.guide.present &&
-                           base == base_was_clamped_ && tip == tip_was_clamped_;
+    const bool is_smooth = is_calm_ && now_.dt <= longest_staged && now_.contacts.empty() &&
+                           !now_.guide.present && base == base_was_clamped_ && tip == tip_was_clamped_;
     const double share = is_smooth ? stage_share : 1.0, h = share * now_.dt;
     stage_ = h;
     base_clamp_ = share == 1.0 ? now_.base.orientation : blend(frame_slot(0), now_.base.orientation, share);
@@ -309,7 +313,11 @@ void DirectRod::advance(double share) {
 
 bool DirectRod::solve_tick() {
     bool with_geometry = true;
-    for (int round = 0; round < most_linearisations; ++round) {
+    const auto has_torque = [](const End& e) { return e.mode == EndMode::loaded && norm(e.torque) > 0.0; };
+    const bool torque = has_torque(now_.base) || has_torque(now_.tip);
+    const int rounds = torque ? most_with_torque : most_linearisations;
+    const double again = torque ? again_above_torque : again_above;
+    for (int round = 0; round < rounds; ++round) {
         const auto start = timing_ ? Clock::now() : Clock::time_point{};
         assemble(with_geometry);
         add_ends();
@@ -330,8 +338,8 @@ bool DirectRod::solve_tick() {
             most = std::max(most, ax[j] * ax[j] + ay[j] * ay[j] + az[j] * az[j]);
         most = std::sqrt(most);
         advance(most > most_turned ? most_turned / most : 1.0);
-        is_calm_ = round == 0 && most < again_above;
-        if (!(most > again_above)) break;
+        is_calm_ = !torque && round == 0 && most < again_above;
+        if (!(most > again)) break;
     }
     for (int j = 0; j < m_; ++j)
         is_calm_ = is_calm_ && norm(row(turn_, j)) < calm_turn;
