@@ -24,7 +24,7 @@ constexpr double again_above = 0.02;
 constexpr double stage_share = 0.65, calm_turn = 0.005, longest_staged = 2e-3; // -, rad in a tick, s
 // A torque whose axis is fixed in space has no potential: its part of the Jacobian is skew and left out. One
 // linearisation then lets it drive a strongly bent rod out of its plane; with such a torque there are more.
-constexpr double again_above_torque = 1e-7;
+constexpr double again_above_torque = 1e-10;
 constexpr int most_with_torque = 12;
 constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
 
