@@ -1,8 +1,11 @@
 #include "bench/bench.hpp"
 
+#include "bench/rod_compare.hpp"
 #include "bench/rod_cost.hpp"
 #include "bench/rod_problems.hpp"
+#include "bench/rod_vessel.hpp"
 #include "host/plugins.hpp"
+#include "plot/chart.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -66,6 +69,13 @@ std::string explained() {
         text += "      calot bench rod " + std::string(p.example) + "\n";
     }
     return text +
+           "\nvessel: the compression test of Korzeniowski et al. (2016), figure 6: every model of --models "
+           "into one "
+           "random\nvessel, compression and cost side by side, drawn to --out FILE.png\n      takes --load "
+           "--friction "
+           "--seed\n      calot bench rod vessel --out vessel.png\n--compare: cost and accuracy of all "
+           "models beside each "
+           "other, drawn to --out FOLDER\n      calot bench rod --compare --out comparison\n"
            "\nEvery problem takes the rod's numbers: --nodes --dt --EI --GJ --length --radius "
            "--mass-per-length. A "
            "number that a\nproblem has no use for is ignored, and said so. Without --mass-per-length or "
@@ -138,10 +148,49 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
     number(app, "--duration", o.duration, "Of push-soak, s", 0.1, 36'000);
     app.add_option("--anatomy", o.anatomy, "Of push-soak: reference or colon")->capture_default_str();
     app.add_option("--endoscope", o.endoscope, "Of push-soak: a datasheet, its file or name");
+    bool compares = false;
+    CompareOptions comparison;
+    std::vector<std::string> model_ids;
+    std::string picture;
+    app.add_flag("--compare", compares, "All models beside each other; --nodes: only that number");
+    app.add_option("--models", model_ids, "Of vessel and --compare: ids; all rod models unless given")
+        ->delimiter(',');
+    app.add_option("--out", picture, "Of vessel: the picture, .png or .svg; of --compare: a folder");
+    app.add_option("--patience", comparison.patience,
+                   "Of --compare: s for one number; what would take longer is skipped")
+        ->check(between(0.1, 3600))
+        ->capture_default_str();
     app.add_flag("--csv", as_csv, "Comma-separated instead of a table");
     try {
         std::vector<std::string> reversed(arguments.rbegin(), arguments.rend()); // as CLI11 takes them
         app.parse(reversed);
+        const bool is_vessel = problem == "vessel";
+        if (is_vessel || compares) {
+            if (compares && !problem.empty())
+                throw host::UserError("", "--compare",
+                                      "compares models on problems of its own: leave " + problem + " out");
+            if (!o.model.empty()) model_ids.push_back(o.model);
+            std::vector<VesselModel> wanted;
+            const auto add = [&](const std::string& id) {
+                wanted.push_back({id, [&plugins, id] { return plugins.make(host::Kind::rod, id); }});
+            };
+            for (const std::string& id : model_ids)
+                add(plugins.find(host::Kind::rod, id).model->id);
+            if (model_ids.empty())
+                for (const host::Found& found : plugins.models(host::Kind::rod))
+                    add(found.model->id);
+            if (is_vessel) {
+                if (!picture.empty()) plot::require_picture_name(picture, "--out");
+                const auto rows = run_vessel(wanted, o, picture);
+                as_csv ? write_csv(out, rows) : write_table(out, rows);
+                return 0;
+            }
+            if (o.nodes) comparison.nodes = {*o.nodes};
+            comparison.folder = picture;
+            const auto rows = compare_rods(wanted, o, comparison, errors);
+            as_csv ? write_csv(out, rows) : write_comparison(out, rows);
+            return std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.met(); }) ? 0 : 1;
+        }
         const bool is_all = problem == "all";
         std::vector<const RodProblem*> wanted;
         for (const RodProblem& p : rod_problems())

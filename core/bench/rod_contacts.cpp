@@ -1,6 +1,7 @@
 // Reference problems in contact.
 #include "bench/lumen.hpp"
 #include "bench/rod_problems.hpp"
+#include "bench/rod_vessel.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -21,50 +22,21 @@ calot_guide guide_along_x() {
 
 } // namespace
 
-// A catheter of 1 mm radius and spacing in a vessel of 3 mm, pushed at 0.2 m/s by at most `load` until its
-// tip has met the vessel's blind end for a third of a second.
+// See rod_vessel.hpp.
 std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
-    UniformRod uniform;
-    uniform.nodes = 256, uniform.length = 0.255, uniform.radius = 1e-3;
-    uniform.bending = 1e-4, uniform.torsion = 1e-4, uniform.mass_per_length = 0.1;
-    uniform = UniformRod::of(o, uniform);
-    const double force = o.load.value_or(5), friction = o.friction.value_or(0.05);
-    const double vessel = 0.8 * uniform.length, speed = 0.2;
-    Random random(o.seed);
-    Lumen lumen(Lumen::random_axis(random, vessel, 0.02), 3e-3, true, friction);
-
-    BenchRod::Setup s;
-    s.rod = uniform;
-    s.position = straight_line(uniform, {-uniform.length, 0, 0}, along_x);
-    s.frame = same_frames(uniform, along_x);
-    s.drag = 20;
-    s.guide = guide_along_x();
-    s.max_contacts = static_cast<std::uint32_t>(uniform.nodes + 1);
-    BenchRod rod(make, std::move(s));
-    rod.input.base.mode = CALOT_END_COUPLED;
-    rod.input.base.insertion = {-uniform.length, speed, 2000, 20, force};
-    rod.input.base.rotation = {0, 0, 1, 0.01, 1};
-    double shortest = uniform.length, blocked_for = 0, pressed = 0, penetration = 0;
-    const double longest = vessel / speed + 1.0;
-    while (rod.seconds() < longest && blocked_for < 0.33) {
-        const auto& contacts = lumen.contacts(rod);
-        for (const calot_contact& c : contacts)
-            penetration = std::max(penetration, -c.gap);
-        rod.step(contacts);
-        rod.input.base.insertion.target += speed * uniform.dt;
-        shortest = std::min(shortest, rod.arc_length());
-        pressed = std::max(pressed, rod.output().insertion_force);
-        if (rod.output().insertion_force > 0.99 * force) blocked_for += uniform.dt;
+    PushedRod run(make, o, o.load.value_or(5), o.friction.value_or(0.05));
+    while (run.step()) {
     }
+    const UniformRod& uniform = run.uniform();
     const std::string label = setting("seed", static_cast<double>(o.seed));
-    const double shortening = 1 - shortest / uniform.length;
-    Row row =
-        absolute_row("compress", o, uniform, "shortening", shortening, 0, std::abs(shortening), 1e-3, label);
+    Row row = absolute_row("compress", o, uniform, "shortening", run.shortening(), 0,
+                           std::abs(run.shortening()), 1e-3, label);
     // Never blocked: it was not tried.
-    if (blocked_for < 0.33) row.error = std::numeric_limits<double>::max();
-    return {row, plain_row("compress", o, uniform, "push", pressed, label),
-            plain_row("compress", o, uniform, "insertion", rod.output().insertion + uniform.length, label),
-            plain_row("compress", o, uniform, "penetration", penetration, label)};
+    if (!run.is_blocked()) row.error = std::numeric_limits<double>::max();
+    return {
+        row, plain_row("compress", o, uniform, "push", run.push(), label),
+        plain_row("compress", o, uniform, "insertion", run.rod().output().insertion + uniform.length, label),
+        plain_row("compress", o, uniform, "penetration", run.penetration(), label)};
 }
 
 // In the x-y plane round a cylinder at the origin: along +x below it, `angle` round it, and on along the

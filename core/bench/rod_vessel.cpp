@@ -1,0 +1,159 @@
+#include "bench/rod_vessel.hpp"
+
+#include "bench/cpu_clock.hpp"
+#include "bench/rod_problems.hpp"
+#include "plot/chart.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+
+namespace calot::bench {
+
+namespace {
+
+UniformRod catheter(const RodOptions& o) {
+    UniformRod rod;
+    rod.nodes = 256, rod.length = 0.255, rod.radius = 1e-3;
+    rod.bending = 1e-4, rod.torsion = 1e-4, rod.mass_per_length = 0.1;
+    return UniformRod::of(o, rod);
+}
+
+std::vector<Vec3> vessel(std::uint64_t seed, double length) {
+    Random random(seed);
+    return Lumen::random_axis(random, length, 0.02);
+}
+
+double median(std::vector<double> values) {
+    if (values.empty()) return 0;
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+std::string short_name(const std::string& id) {
+    return id.substr(id.rfind('.') + 1);
+}
+
+// Looked at from where the vessel is widest: along x, and y or z.
+plot::Panel panel_of(const PushedRod& run, const std::string& title) {
+    double y = 0, z = 0;
+    for (const Vec3& p : run.axis())
+        y = std::max(y, std::abs(p.y)), z = std::max(z, std::abs(p.z));
+    const auto across = [&](const Vec3& p) { return 1e3 * (y >= z ? p.y : p.z); };
+    plot::Panel panel;
+    panel.title = title, panel.x_label = "mm", panel.y_label = "mm", panel.is_to_scale = true;
+    constexpr int grey = 7, green = 2, red = 1; // of the palette
+    plot::Series left{.label = "vessel", .colour = grey}, right{.colour = grey};
+    const auto& axis = run.axis();
+    for (std::size_t k = 1; k + 1 < axis.size(); k += 4) {
+        const double dx = axis[k + 1].x - axis[k - 1].x,
+                     dy = (across(axis[k + 1]) - across(axis[k - 1])) / 1e3;
+        const double size = std::hypot(dx, dy), r = 1e3 * PushedRod::vessel_radius / std::max(size, 1e-12);
+        left.x.push_back(1e3 * axis[k].x - r * dy), left.y.push_back(across(axis[k]) + r * dx);
+        right.x.push_back(1e3 * axis[k].x + r * dy), right.y.push_back(across(axis[k]) - r * dx);
+    }
+    // The blind end joins the walls.
+    left.x.push_back(right.x.back()), left.y.push_back(right.y.back());
+    plot::Series colliding{.label = "colliding", .mark = plot::Mark::points, .colour = green},
+        free{.label = "free", .mark = plot::Mark::points, .colour = red};
+    for (int i = 0; i < run.rod().nodes(); ++i) {
+        const Vec3 p = run.rod().position(i);
+        plot::Series& s = run.is_colliding(i) ? colliding : free;
+        s.x.push_back(1e3 * p.x), s.y.push_back(across(p));
+    }
+    panel.series = {left, right, free, colliding};
+    return panel;
+}
+
+} // namespace
+
+BenchRod::Setup PushedRod::setup(const UniformRod& uniform) {
+    BenchRod::Setup s;
+    s.rod = uniform;
+    s.position = straight_line(uniform, {-uniform.length, 0, 0}, along_x);
+    s.frame = same_frames(uniform, along_x);
+    s.drag = 20;
+    calot_guide guide{};
+    guide.present = 1;
+    guide.direction[0] = 1;
+    s.guide = guide;
+    s.max_contacts = static_cast<std::uint32_t>(uniform.nodes + 1);
+    return s;
+}
+
+PushedRod::PushedRod(const MakeInstance& make, const RodOptions& o, double load, double friction)
+    : uniform_(catheter(o)), axis_(vessel(o.seed, 0.8 * uniform_.length)),
+      lumen_(axis_, vessel_radius, true, friction), rod_(make, setup(uniform_)),
+      colliding_(static_cast<std::size_t>(uniform_.nodes), false), load_(load),
+      longest_(0.8 * uniform_.length / speed_ + 1.0), shortest_(uniform_.length) {
+    rod_.input.base.mode = CALOT_END_COUPLED;
+    rod_.input.base.insertion = {-uniform_.length, speed_, 2000, 20, load};
+    rod_.input.base.rotation = {0, 0, 1, 0.01, 1};
+}
+
+bool PushedRod::step() {
+    if (rod_.seconds() >= longest_ || is_blocked()) return false;
+    const auto& contacts = lumen_.contacts(rod_);
+    for (const calot_contact& c : contacts)
+        penetration_ = std::max(penetration_, -c.gap);
+    const double start = cpu_seconds();
+    rod_.step(contacts);
+    step_seconds_ = cpu_seconds() - start;
+    std::fill(colliding_.begin(), colliding_.end(), false);
+    for (std::size_t k = 0; k < contacts.size(); ++k)
+        if (norm(rod_.impulse(k)) > 0) colliding_[contacts[k].segment + 1] = true;
+    rod_.input.base.insertion.target += speed_ * uniform_.dt;
+    shortest_ = std::min(shortest_, rod_.arc_length());
+    pressed_ = std::max(pressed_, rod_.output().insertion_force);
+    if (rod_.output().insertion_force > 0.99 * load_) blocked_for_ += uniform_.dt;
+    return true;
+}
+
+std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOptions& o,
+                            const std::filesystem::path& picture) {
+    const double load = o.load.value_or(14), friction = o.friction.value_or(0.05);
+    std::vector<std::unique_ptr<PushedRod>> runs;
+    std::vector<std::vector<double>> times(models.size());
+    for (const VesselModel& m : models)
+        runs.push_back(std::make_unique<PushedRod>(m.make, o, load, friction));
+    for (bool is_going = true; is_going;) {
+        is_going = false;
+        for (std::size_t k = 0; k < runs.size(); ++k)
+            if (runs[k]->step()) {
+                is_going = true;
+                times[k].push_back(runs[k]->seconds_of_step());
+            }
+    }
+    std::vector<Row> rows;
+    std::vector<plot::Panel> panels;
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+        const PushedRod& run = *runs[k];
+        RodOptions of = o;
+        of.model = models[k].id;
+        const std::string label = setting("load", load) + " " + setting("seed", static_cast<double>(o.seed));
+        const double percent = 100 * run.shortening(), ms = 1e3 * median(times[k]) * 1e-3 / run.uniform().dt;
+        int colliding = 0;
+        for (int i = 0; i < run.uniform().nodes; ++i)
+            colliding += run.is_colliding(i) ? 1 : 0;
+        const auto add = [&](const char* quantity, double value) {
+            rows.push_back(plain_row("vessel", of, run.uniform(), quantity, value, label));
+        };
+        add("compression_percent", percent);
+        add("ms_per_simulated_ms", ms);
+        add("colliding_nodes", colliding);
+        add("push", run.push());
+        add("insertion", run.rod().output().insertion + run.uniform().length);
+        add("penetration", run.penetration());
+        add("blocked", run.is_blocked() ? 1 : 0);
+        char title[160];
+        std::snprintf(title, sizeof title, "%s: %.2f %% shorter, %.2f ms a simulated ms",
+                      short_name(of.model).c_str(), percent, ms);
+        panels.push_back(panel_of(run, title));
+    }
+    if (!picture.empty()) plot::draw(panels, picture);
+    return rows;
+}
+
+} // namespace calot::bench
