@@ -156,6 +156,7 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
     app.add_option("--models", model_ids, "Of vessel and --compare: ids; all rod models unless given")
         ->delimiter(',');
     app.add_option("--out", picture, "Of vessel: the picture, .png or .svg; of --compare: a folder");
+    app.add_flag("!--no-peers", comparison.has_peers, "--compare leaves out the chains of other engines");
     app.add_option("--patience", comparison.patience,
                    "Of --compare: s for one number; what would take longer is skipped")
         ->check(between(0.1, 3600))

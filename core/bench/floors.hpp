@@ -11,7 +11,7 @@ namespace calot::bench {
 class BlockSolve {
   public:
     explicit BlockSolve(int blocks);
-    /// Factors and solves; returns the solution's last component.
+    /// Factors and solves; returns a component of the solution.
     double run();
     /// Largest component of what is left of the right-hand side.
     double residual() const;

@@ -12,6 +12,8 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numbers>
+#include <optional>
 #include <sstream>
 
 namespace calot::bench {
@@ -111,20 +113,40 @@ Cost contact_cost(const MakeInstance& make, const UniformRod& uniform, double fr
     });
 }
 
-// The base driven by a fifth of the length towards the held tip; its weight bends it aside.
+// The base driven by a fifth of the length towards the held tip within a second, then held for a fifth of
+// one; its weight bends it aside.
 double stretch_of(const MakeInstance& make, const UniformRod& uniform) {
     BenchRod::Setup s = straight(uniform);
     s.drag = 5;
     BenchRod rod(make, std::move(s));
     rod.input.gravity[1] = 9.81;
     rod.clamp_tip({uniform.length, 0, 0}, along_x);
-    double most = 0;
-    while (rod.seconds() < 1.0) {
+    while (rod.seconds() < 1.2) {
         rod.clamp_base({0.2 * uniform.length * std::min(1.0, rod.seconds() + uniform.dt), 0, 0}, along_x);
         rod.step();
-        most = std::max(most, std::abs(rod.arc_length() / uniform.length - 1));
     }
-    return most;
+    return std::abs(rod.arc_length() / uniform.length - 1);
+}
+
+// Let go from a small bend without weight or drag. The first period is left out: higher modes die in it.
+double damping_ratio_of(const MakeInstance& make, const UniformRod& uniform) {
+    const double w = uniform.lowest_frequency(), period = 2 * std::numbers::pi / w;
+    BenchRod::Setup s = straight(uniform);
+    s.drag = 2 * w;
+    BenchRod rod(make, std::move(s));
+    rod.clamp_base({}, along_x);
+    rod.load_tip({0, 0.05 * uniform.bending / (uniform.length * uniform.length), 0}, {});
+    rod.settle(1e-9 * uniform.length * w, 30 / w);
+    rod.set_drag(0);
+    rod.input.tip.mode = CALOT_END_FREE;
+    constexpr int periods = 3;
+    const auto go_on = [&](double seconds) {
+        for (const double end = rod.seconds() + seconds; rod.seconds() < end;)
+            rod.step();
+        return rod.energy();
+    };
+    const double first = go_on(period), last = go_on(periods * period);
+    return std::log(first / last) / (4 * std::numbers::pi * periods);
 }
 
 // Swings under its weight for 0.3 s by steps of 10 ms: stays whole, and near where steps of 1 ms bring it.
@@ -141,17 +163,37 @@ bool is_stable_at_ten_ms(const MakeInstance& make, UniformRod uniform) {
     return norm(swing(1e-2) - swing(1e-3)) < 0.05 * uniform.length;
 }
 
+struct Peer {
+    std::string name;
+    int links = 0;
+    double step = 0, microseconds = 0;
+};
+
+// Peers are programs beside this one: nothing of theirs is in this process. Nothing if it is not there or
+// fails.
+std::optional<Peer> run_peer(const char* program, std::ostream& progress) {
+    std::error_code none;
+    const auto file = std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / program;
+    if (!std::filesystem::exists(file, none)) return std::nullopt;
+    progress << program << '\n';
+    const std::string command = "'" + file.string() + "' 100";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    if (pipe == nullptr) return std::nullopt;
+    char name[32] = "";
+    Peer peer;
+    const int count =
+        std::fscanf(pipe, "%31[^,],%d,%lf,%lf", name, &peer.links, &peer.step, &peer.microseconds);
+    const int status = pclose(pipe);
+    peer.name = name;
+    if (count != 4 || status != 0) return std::nullopt;
+    return peer;
+}
+
 double error_of(const std::vector<Row>& rows, const char* quantity) {
     for (const Row& r : rows)
         if (r.quantity == quantity) return r.error;
     return std::nan("");
 }
-double measured_of(const std::vector<Row>& rows, const char* quantity) {
-    for (const Row& r : rows)
-        if (r.quantity == quantity) return r.measured;
-    return std::nan("");
-}
-
 std::string last_word(const std::string& id) {
     return id.substr(id.rfind('.') + 1);
 }
@@ -164,7 +206,7 @@ void draw_chart(const std::vector<Row>& rows, const std::filesystem::path& folde
     for (const char* problem : {"elastica", "heavy"}) {
         plot::Panel panel;
         panel.title = std::string(problem) + ": what accuracy costs, 25 to 1000 nodes";
-        panel.x_label = "us for a simulated ms", panel.y_label = "relative error of the tip's drop";
+        panel.x_label = "us for a simulated ms", panel.y_label = "relative error";
         panel.is_log_x = panel.is_log_y = true;
         for (const auto& [model, by_nodes] : of) {
             plot::Series s{.label = last_word(model), .mark = plot::Mark::line_and_points};
@@ -210,8 +252,12 @@ std::vector<Row> compare_rods(const std::vector<VesselModel>& models, const RodO
             try {
                 const Cost free = free_cost(m.make, uniform, 0.25 * compare.patience);
                 cost_of[m.id][nodes] = free.microseconds;
-                add("us_free", free.microseconds, is_cosserat && is_reference ? 147 : none);
-                add("solves_free", free.solves, is_direct && is_reference ? 2.5 : none);
+                add("us_free", free.microseconds, none);
+                add("solves_free", free.solves,
+                    !is_reference ? none
+                    : is_direct   ? 2.5
+                    : is_cosserat ? 147 / 17.5
+                                  : none);
                 const double step = 1e-6 * free.microseconds * uniform.dt / 1e-3;
                 const Cost contacts =
                     contact_cost(m.make, uniform, o.friction.value_or(0.2), 0.25 * compare.patience);
@@ -229,7 +275,7 @@ std::vector<Row> compare_rods(const std::vector<VesselModel>& models, const RodO
                         measure();
                     }
                 };
-                unless_too_long("stretch", 1.0, [&] {
+                unless_too_long("stretch", 1.2, [&] {
                     add("stretch", stretch_of(m.make, uniform), is_direct ? 1e-6 : none);
                 });
                 const double w = uniform.lowest_frequency();
@@ -244,11 +290,8 @@ std::vector<Row> compare_rods(const std::vector<VesselModel>& models, const RodO
                     add("heavy_error", error_of(run_heavy(m.make, at), "tip_drop"), none);
                 });
                 if (is_reference || compare.nodes.size() == 1) {
-                    RodOptions swing = at;
-                    swing.load.reset();
-                    unless_too_long("damping_ratio", 40 / w, [&] {
-                        add("damping_ratio", measured_of(run_energy(m.make, swing), "damping_ratio"),
-                            is_direct ? 0.003 : none);
+                    unless_too_long("damping_ratio", 60 / w, [&] {
+                        add("damping_ratio", damping_ratio_of(m.make, uniform), is_direct ? 0.003 : none);
                     });
                     add("stable_at_10_ms", is_stable_at_ten_ms(m.make, uniform) ? 1 : 0, none);
                     if (is_direct)
@@ -269,6 +312,16 @@ std::vector<Row> compare_rods(const std::vector<VesselModel>& models, const RodO
         if (model == "org.calot.rod-direct") r.error = r.measured, r.bound = 11;
         rows.push_back(r);
     }
+    if (compare.has_peers)
+        for (const char* program : {"calot-bench-bullet", "calot-bench-simbody"})
+            if (const auto peer = run_peer(program, progress)) {
+                RodOptions of = o;
+                of.model = peer->name, of.nodes = peer->links + 1, of.dt = peer->step;
+                rows.push_back(plain_row("compare", of, bench_rod(of), "us_free", peer->microseconds));
+                rows.push_back(
+                    plain_row("compare", of, bench_rod(of), "real_time_factor", 1e3 / peer->microseconds));
+                rows.push_back(plain_row("compare", of, bench_rod(of), "largest_stable_step", peer->step));
+            }
     // The floors, in microseconds.
     {
         BlockSolve block(99);
@@ -343,7 +396,8 @@ void write_comparison(std::ostream& out, const std::vector<Row>& rows) {
            "solves of "
            "99 blocks\n";
     for (const Row& r : rows)
-        if (r.model == "floor" || r.quantity == "cost_of_1000_over_100") {
+        if (r.model == "floor" || r.quantity == "cost_of_1000_over_100" || r.quantity == "real_time_factor" ||
+            r.quantity == "largest_stable_step") {
             std::snprintf(text, sizeof text, "%s %s: %.3g\n", last_word(r.model).c_str(), r.quantity.c_str(),
                           r.measured);
             out << text;
