@@ -148,8 +148,12 @@ std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOpt
         add("penetration", run.penetration());
         add("blocked", run.is_blocked() ? 1 : 0);
         char title[160];
-        std::snprintf(title, sizeof title, "%s: %.2f %% shorter, %.2f ms a simulated ms",
-                      short_name(of.model).c_str(), percent, ms);
+        // Deeper than this in the wall, it has found a way out: its length says nothing then.
+        if (run.penetration() > 1e-3)
+            std::snprintf(title, sizeof title, "%s: left the vessel", short_name(of.model).c_str());
+        else
+            std::snprintf(title, sizeof title, "%s: %.2f %% shorter, %.2f ms a simulated ms",
+                          short_name(of.model).c_str(), percent, ms);
         panels.push_back(panel_of(run, title));
     }
     if (!picture.empty()) plot::draw(panels, picture);
