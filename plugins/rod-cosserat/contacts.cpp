@@ -21,6 +21,9 @@ Vec3 applied(const std::array<double, 9>& c, Vec3 v) {
 // cost 2.5 % of F.
 constexpr double film = 0.25; // s/m
 
+// Deep overlap falls by a factor e in this time.
+constexpr double deep_recovery = 4e-3; // s
+
 } // namespace
 
 inline Vec3 CosseratRod::contact_point(const ContactRow& r) const {
@@ -30,7 +33,7 @@ inline Vec3 CosseratRod::contact_point(const ContactRow& r) const {
 }
 
 // Whether a contact may close within the tick: half a millimetre, and twice as far as its nodes go at their
-// speed, are left for what speeds them up.
+// speed, are left for what speeds them up; and where the shaft snaps, as far as its fastest node goes.
 bool CosseratRod::can_touch(const Contact& c) const {
     const auto point = [&](int j, double t) { return (1.0 - t) * position(j) + t * position(j + 1); };
     const auto reach = [&](int j) {
@@ -39,7 +42,7 @@ bool CosseratRod::can_touch(const Contact& c) const {
         return 2.0 * now_.dt * std::sqrt(std::max(a, b));
     };
     Vec3 p = point(c.segment, c.along);
-    double far = 5e-4 + norm(c.motion) + reach(c.segment);
+    double far = 5e-4 + norm(c.motion) + std::max(reach(c.segment), now_.dt * top_speed_);
     if (c.other_segment >= 0) {
         p -= point(c.other_segment, c.other_along);
         far += reach(c.other_segment);
@@ -50,6 +53,10 @@ bool CosseratRod::can_touch(const Contact& c) const {
 void CosseratRod::prepare_contacts() {
     contact_count_ = std::min(now_.contacts.size(), impulse_.size());
     row_count_ = 0;
+    double top = 0.0;
+    for (int i = 0; i < n_; ++i)
+        top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
+    top_speed_ = std::sqrt(top);
     for (std::size_t k = 0; k < contact_count_; ++k) {
         const Contact& c = now_.contacts[k];
         impulse_[k] = {};
@@ -103,8 +110,9 @@ void CosseratRod::prepare_contacts() {
     }
 }
 
-// Overlap that is there already is taken back slowly, and by positions alone: that gives nothing any speed.
-// What the substep then asks for is that the overlap does not grow.
+// Overlap that is there already is taken back slowly, or where it is deep a share of it each tick, and by
+// positions alone: that gives nothing any speed. What the substep then asks for is that the overlap does not
+// grow.
 void CosseratRod::begin_contacts(double h, double progress) {
     for (std::size_t k = 0; k < row_count_; ++k) {
         ContactRow& r = rows_[k];
@@ -113,7 +121,8 @@ void CosseratRod::begin_contacts(double h, double progress) {
             r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.c_n * r.f_n;
         r.bound = std::min(0.0, gap);
         if (gap < 0.0 && r.inverse_mass > 0.0) {
-            const double back = std::min(recovery_speed_ * h, -gap), s = back / r.inverse_mass;
+            const double back = std::min(std::max(recovery_speed_, -gap / deep_recovery) * h, -gap),
+                         s = back / r.inverse_mass;
             const auto move = [&](int i, double weight) {
                 const double d = s * weight * w_[i];
                 x_[i] += d * r.normal.x, y_[i] += d * r.normal.y, z_[i] += d * r.normal.z;

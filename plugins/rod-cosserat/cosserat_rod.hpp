@@ -197,6 +197,7 @@ class CosseratRod {
 
     int n_ = 0, iterations_ = 1;
     double recovery_speed_ = 0.2;
+    double top_speed_ = 0.0; // of any node at the tick's begin
     int substeps_ = 1;
 
     // Nodes: N values.
