@@ -45,7 +45,7 @@ class Sliding {
   public:
     Sliding(const FoldedTube& tube, std::size_t nodes, double step)
         : radii_(nodes - 1, shaft_radius), contacts_(nodes) {
-        for (int i = 0; i < (step > 0 ? 200 : 1); ++i)
+        for (int i = 0; i < (step > 0 ? 80 : 1); ++i)
             places_.push_back(tube.shaft_on_wall(nodes, shaft_radius, step * i));
     }
     int next(const geometry::TriangleScene& scene, double reach) {
