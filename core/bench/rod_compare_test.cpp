@@ -1,11 +1,13 @@
 // Models beside each other, at sizes that a test can wait for.
 #include "bench/bench.hpp"
 #include "bench/floors.hpp"
+#include "bench/rod_problems.hpp"
 #include "host/plugins.hpp"
 #include "host/services.hpp"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cairo.h>
 #include <cmath>
 #include <filesystem>
@@ -104,6 +106,39 @@ TEST(Compare, says_what_it_skips) {
     EXPECT_NE(out.str().find("rod-corde, 150 nodes, elastica_error: skipped"), std::string::npos)
         << out.str();
 }
+
+// What the models for comparison claim, at a size that a test can wait for.
+class ComparisonClaims : public testing::TestWithParam<std::pair<std::string, std::string>> {};
+
+TEST_P(ComparisonClaims, are_met) {
+    const auto& [model, problem] = GetParam();
+    RodOptions options;
+    options.model = model;
+    options.nodes = model == "org.calot.rod-corde" || problem == "circle" ? 40 : 25;
+    const RodProblem* found = find_rod_problem(problem);
+    ASSERT_NE(found, nullptr);
+    const auto rows = found->run([m = model] { return plugins().make(host::Kind::rod, m); }, options);
+    ASSERT_FALSE(rows.empty());
+    for (const Row& r : rows)
+        EXPECT_TRUE(r.met()) << r.quantity << " (" << r.setting << "): got " << r.measured << ", expected "
+                             << r.reference << ", error " << r.error << ", bound " << r.bound;
+}
+
+std::vector<std::pair<std::string, std::string>> comparison_claims() {
+    std::vector<std::pair<std::string, std::string>> all;
+    for (const char* model : {"org.calot.rod-corde", "org.calot.rod-multibody"})
+        for (const std::string& claim : plugins().find(host::Kind::rod, model).model->claims)
+            all.emplace_back(model, claim);
+    return all;
+}
+
+INSTANTIATE_TEST_SUITE_P(Rods, ComparisonClaims, testing::ValuesIn(comparison_claims()),
+                         [](const auto& info) {
+                             std::string name = info.param.first.substr(info.param.first.rfind('-') + 1) +
+                                                "_" + info.param.second;
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });
 
 TEST(Vessel, the_penalty_model_shortens_and_the_inextensible_does_not) {
     int code = 0;
