@@ -404,6 +404,11 @@ ManifestReading read_manifest(const std::filesystem::path& path) {
         stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
         bytes.resize(static_cast<std::size_t>(stream.gcount()));
         if (bytes.size() > max_manifest_bytes) throw UserError(file, "", "is longer than 64 KiB; shorten it");
+        if (const std::size_t line = line_of_stray_byte(bytes); line > 0)
+            throw UserError(
+                file, "line " + std::to_string(line),
+                "has a character outside ASCII that is in no text or comment; correct it (it must "
+                "be TOML in UTF-8)");
         toml::table root;
         try {
             root = toml::parse(bytes, file);

@@ -1,4 +1,5 @@
 #include "host/manifest.hpp"
+#include "host/toml.hpp"
 
 #include <calot/abi/common.h>
 
@@ -67,6 +68,20 @@ class ManifestFile : public testing::Test {
         return std::string(good).replace(at, from.size(), to);
     }
 };
+
+TEST(Toml, characters_outside_ascii_are_found_where_toml_allows_none) {
+    EXPECT_EQ(line_of_stray_byte("a = 1\n# \xC3\xA9\nb = \"\xC3\xA9\"\n"), 0u)
+        << "texts and comments may have them";
+    EXPECT_EQ(line_of_stray_byte("\xEF\xBB\xBF"
+                                 "a = 1"),
+              0u)
+        << "a byte order mark";
+    EXPECT_EQ(line_of_stray_byte("a = 1\n\xCD\x99 = 2"), 2u);
+    EXPECT_EQ(line_of_stray_byte("a = \"\"\"x\n\"\" \xC3\xA9\"\"\"\"\nb = 1\n"), 0u)
+        << "quotes in a long text";
+    EXPECT_EQ(line_of_stray_byte("a = '\xC3\xA9'\nb = '''\n\xC3\xA9'''\n\xC3\xA9"), 4u);
+    EXPECT_EQ(line_of_stray_byte("a = \"\\\"\xC3\xA9\"\n\n\xC3\xA9"), 3u) << "an escaped quote ends no text";
+}
 
 } // namespace
 

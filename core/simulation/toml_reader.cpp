@@ -16,12 +16,16 @@ std::string read_text(const std::filesystem::path& file, std::size_t most) {
     text.resize(static_cast<std::size_t>(in.gcount()));
     if (text.size() > most)
         throw host::UserError(file.string(), "",
-                              "is larger than " + std::to_string(most) + " bytes; shorten it or choose another");
+                              "is larger than " + std::to_string(most) +
+                                  " bytes; shorten it or choose another");
     return text;
 }
 
 toml::table parse_toml(std::string_view text, const std::string& file) {
     if (text.size() > (1u << 20)) throw host::UserError(file, "", "is larger than 1 MiB; shorten it");
+    if (const std::size_t line = host::line_of_stray_byte(text); line > 0)
+        throw host::UserError(file, "line " + std::to_string(line),
+                              "has a character outside ASCII that is in no text or comment; remove it");
     try {
         return toml::parse(text, file);
     } catch (const toml::parse_error& error) {
