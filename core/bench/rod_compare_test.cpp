@@ -50,7 +50,7 @@ std::vector<std::vector<std::string>> run_csv(std::vector<std::string> arguments
 }
 
 fs::path folder() {
-    const fs::path f = fs::path(CALOT_BINARY_DIR) / "tests" / "rod_compare_test";
+    const fs::path f = fs::path(CALOT_BINARY_DIR) / "tests" / "rod_compare.out";
     fs::create_directories(f);
     return f;
 }
