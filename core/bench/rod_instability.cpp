@@ -257,7 +257,7 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& o) {
         s.position.insert(s.position.end(), {end.x, end.y, end.z});
         s.frame.insert(s.frame.end(), {q.w, q.x, q.y, q.z});
     }
-    s.drag = w;
+    s.drag = 3 * w;
     s.max_contacts = static_cast<std::uint32_t>(capacity);
     BenchRod rod(make, std::move(s));
     SelfContacts self(uniform, friction);
@@ -266,7 +266,8 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& o) {
     // A contact may chatter: the rod touches itself as long as no gap of 2 / w is without one.
     double angle = 0, first_touch = -1, last_touch = -1;
     const auto step = [&] {
-        const auto& contacts = self.contacts(rod, uniform.radius, capacity);
+        const double reach = std::max(uniform.radius, 4 * uniform.dt * rod.top_speed());
+        const auto& contacts = self.contacts(rod, reach, capacity);
         rod.clamp_tip(end, axis_angle({1, 0, 0}, angle) * along_x);
         rod.step(contacts);
         if (last_touch >= 0 && rod.seconds() - last_touch > 2 / w) first_touch = last_touch = -1;
@@ -326,7 +327,7 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& o) {
     formed.remark = coarse(uniform, most);
     return {formed, plain_row("loop", o, uniform, "twist_energy_peak", peak, label),
             plain_row("loop", o, uniform, "twist_energy_looped", left, label),
-            happens_row("loop", o, uniform, "twist_energy_drops", holds && left < 0.9 * peak, label),
+            happens_row("loop", o, uniform, "twist_energy_drops", holds && left < 0.97 * peak, label),
             absolute_row("loop", o, uniform, "straight_again", away(), 0, forms ? away() : HUGE_VAL, 0.02,
                          setting("turned back to", back))};
 }
