@@ -95,6 +95,7 @@ class BenchRod {
     Vec3 position(int i) const { return vec3(&position_[3 * static_cast<std::size_t>(i)]); }
     Vec3 velocity(int i) const { return vec3(&velocity_[3 * static_cast<std::size_t>(i)]); }
     Quat frame(int j) const { return quat(&frame_[4 * static_cast<std::size_t>(j)]); }
+    Vec3 angular_velocity(int j) const { return vec3(&angular_velocity_[3 * static_cast<std::size_t>(j)]); }
     Vec3 impulse(std::size_t k) const { return vec3(&impulse_[3 * k]); }
     double top_speed() const;
     double arc_length() const;

@@ -80,31 +80,39 @@ constexpr RodProblem problems[] = {
      "pushed into a curved vessel until blocked: does not shorten",
      &run_compress,
      {.load = true, .friction = true, .seed = true},
-     "A catheter is pushed at 0.2 m/s into a rigid, random, curved vessel of three times its radius until "
-     "its "
-     "tip is blocked. --load: the greatest push, N, 5 unless given; --friction 0.05. shortening: 1 - length "
-     "under push over length.",
+     "A catheter is pushed at 0.2 m/s into a rigid, random, curved vessel of three times its radius until it "
+     "is "
+     "blocked. --load: the greatest push, N, 5 unless given; --friction 0.05; --seed: of the vessel. "
+     "shortening: "
+     "1 - length under push over length; penetration (m) under half a radius.",
      "compress --seed 3"},
     {"capstan",
      "pulled round a cylinder: tension ratio exp(mu phi)",
      &run_capstan,
      {.load = true, .friction = true, .angle = true},
      "Pulled slowly round a cylinder, no gravity. --load: the tension that holds back, N, 5 unless given; "
-     "--friction 0.3; --angle: between the tangents, rad, pi/2. tension_ratio against exp(mu phi).",
+     "--friction 0.3; --angle: between the tangents, rad, pi/2; --length: of all, which fixes the cylinder's "
+     "radius. tension_ratio against exp(mu phi), a thin rope's: TR2/EI >= 100 and r/R <= 0.05.",
      "capstan --friction 0.2 --angle 3.14"},
     {"hang-on",
      "tip pressed into rigid tissue: base carries it",
      &run_hang_on,
      {.load = true, .friction = true},
-     "The tip is pressed against a rigid wall. --load: the press, N, 4.77 unless given; --friction 0.3. "
-     "base_reaction, N, against contact force plus weight.",
+     "A heavy clamped rod of 0.2 m is driven with its tip against a rigid wall. --load: the press, N, 4.77 "
+     "unless "
+     "given (less if the rod would buckle); --friction 0.3. base_reaction (N, size of the vector) at rest, "
+     "against "
+     "contact force plus weight.",
      "hang-on --load 3"},
     {"torque-lag",
      "turned inside a bent tube: the tip lags, more with friction",
      &run_torque_lag,
      {.friction = true, .angle = true},
-     "Turned by a full turn inside a bent tube. --friction: the greatest, 0.4; --angle: of the bend, rad, "
-     "pi/2. lag of the tip behind the base, rad: must grow with friction.",
+     "Turned inside a bent tube until the tip follows. --friction: the greatest, 0.4; --angle: of the bend, "
+     "rad, "
+     "pi/2. lag of the tip behind the base, rad, grows with friction and with angle; at a tenth of GJ the "
+     "tip "
+     "sticks longer, then slips; energy never rises by more than the work done at the base.",
      "torque-lag --friction 0.3 --angle 2"},
     {"push-soak",
      "in anatomy, pushed, turned and steered at random at the devices' limits: stays in the lumen",
