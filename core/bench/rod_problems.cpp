@@ -104,6 +104,16 @@ constexpr RodProblem problems[] = {
      "against "
      "contact force plus weight.",
      "hang-on --load 3"},
+    {"press", "tip driven in and out of a deformable body: settles, as the two together do", &run_press,
+     a_load,
+     "A rod in its guide is driven with its tip into a soft and a stiff body (200 and 5,000 N/m, 20 g, a "
+     "tissue of "
+     "three ticks a step), held, driven out and in at 5 Hz, held, withdrawn; light and heavy (0.05 and 0.5 "
+     "kg/m, or "
+     "--mass-per-length). --load: N at rest, 4.77 unless given. deviation of the tip from the coupled "
+     "solution of "
+     "two masses (2 us steps) over its stroke; held_force, N; growth of what still swings while it is held.",
+     "press --load 2 --mass-per-length 0.2"},
     {"torque-lag",
      "turned inside a bent tube: the tip lags, more with friction",
      &run_torque_lag,

@@ -48,6 +48,8 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& options);
 std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& options);
+// rod_press.cpp
+std::vector<Row> run_press(const MakeInstance& make, const RodOptions& options);
 // rod_torque.cpp
 std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& options);
 // rod_soak.cpp

@@ -1,0 +1,125 @@
+// Reference problem of the contact law: a tip against a deformable body.
+#include "bench/press_body.hpp"
+#include "bench/rod_problems.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace calot::bench {
+
+namespace {
+
+struct Press {
+    double deviation = 0; ///< the tip's greatest way from the reference, over its stroke
+    double growth =
+        0; ///< by how much it swings more in the later half of a hold than in the earlier, over the stroke
+    double held_force = 0; ///< N, at the end of the first hold
+};
+
+Press press(const MakeInstance& make, const UniformRod& uniform, const PressScene& scene, double out) {
+    // Queries are a tick old: the contact is that of the positions one step ago.
+    BenchRod::Setup s;
+    s.rod = uniform;
+    s.position = straight_line(uniform, {out - uniform.length, 0, 0}, along_x);
+    s.frame = same_frames(uniform, along_x);
+    s.bending_damping = 1e-5;
+    calot_guide guide{};
+    guide.present = 1;
+    guide.direction[0] = 1;
+    s.guide = guide;
+    s.max_contacts = 1;
+    BenchRod rod(make, std::move(s));
+    const int tip = uniform.nodes - 1;
+    const double base = out - uniform.length, dt = uniform.dt, rest = out + uniform.radius + scene.gap;
+    rod.input.base.mode = CALOT_END_COUPLED;
+    rod.input.base.rotation = {0, 0, 1, 0.01, 1};
+    PressBody body(scene, dt);
+    const PressReference right = press_reference(scene, 1 / dt);
+
+    Press result;
+    Vec3 tip_seen = rod.position(tip);
+    double surface_seen = 0, stroke = 0;
+    struct Range {
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        void add(double v) { low = std::min(low, v), high = std::max(high, v); }
+        double size() const { return std::max(0.0, high - low); }
+    };
+    Range halves[2][2]; // of each hold
+    int count = 0;
+    for (std::size_t k = 0; k + 1 < right.tool.size(); ++k) {
+        const double t = static_cast<double>(k) * dt;
+        rod.input.base.insertion = {base + scene.target(t), (scene.target(t + dt) - scene.target(t)) / dt,
+                                    scene.drive_stiffness, scene.drive_damping, scene.drive_limit};
+        calot_contact c{};
+        c.id = 1;
+        c.segment = static_cast<std::uint32_t>(tip - 1), c.t = 1;
+        store(tip_seen, c.axis_point);
+        store(Vec3{rest + surface_seen, tip_seen.y, tip_seen.z}, c.point);
+        store(Vec3{rest + body.free_surface(), tip_seen.y, tip_seen.z}, c.free_position);
+        c.normal[0] = -1;
+        c.gap = rest + surface_seen - tip_seen.x - uniform.radius;
+        c.compliance[0] = body.compliance();
+        tip_seen = rod.position(tip), surface_seen = body.surface();
+        rod.step({&c, 1});
+        const double impulse = -rod.impulse(0).x;
+        body.end_tick(impulse);
+
+        const double at = rod.position(tip).x - out, time = t + dt;
+        stroke = std::max(stroke, right.tool[k + 1]);
+        result.deviation = std::max(result.deviation, std::abs(at - right.tool[k + 1]));
+        for (int hold = 0; hold < 2; ++hold) {
+            const double since = time - (hold == 0 ? 0.4 : 1.5);
+            if (since >= 0 && since < 0.4) halves[hold][since < 0.2 ? 0 : 1].add(at);
+        }
+        if (time > 0.7 && time <= 0.8) result.held_force += impulse / dt, ++count;
+    }
+    result.deviation /= stroke;
+    for (const auto& half : halves)
+        result.growth = std::max(result.growth, (half[1].size() - half[0].size()) / stroke);
+    result.held_force /= std::max(1, count);
+    return result;
+}
+
+} // namespace
+
+// The rod lies in the guide, a few centimetres of it beyond, so that it stays straight, and is driven through
+// the coupling. Bodies of 20 g: soft, 200 N/m, and stiff, 5 kN/m, both damped to a tenth of critical. The
+// drive, 2 kN/m, aims as deep as makes the load at rest.
+std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
+    UniformRod uniform;
+    uniform.nodes = 40, uniform.length = 0.2;
+    uniform = UniformRod::of(o, uniform);
+    const double load = o.load.value_or(4.77);
+    std::vector<Row> rows;
+    std::vector<double> masses{0.05, 0.5};
+    if (o.mass_per_length) masses = {*o.mass_per_length};
+    for (const double mass : masses)
+        for (const double stiffness : {200.0, 5000.0}) {
+            UniformRod rod = uniform;
+            rod.mass_per_length = mass;
+            PressScene scene;
+            scene.tool_mass = mass * rod.length;
+            scene.drive_stiffness = std::max(2000.0, 20 * load / rod.length);
+            scene.drive_damping = 1.4 * std::sqrt(scene.drive_stiffness * scene.tool_mass);
+            scene.drive_limit = 10 * load;
+            scene.body_mass = 0.02;
+            // No deeper than a fifth of the rod.
+            scene.body_stiffness = std::max(stiffness, 5 * load / rod.length);
+            scene.body_damping = 0.2 * std::sqrt(scene.body_stiffness * scene.body_mass);
+            scene.gap = std::min(5e-3, 0.025 * rod.length);
+            scene.depth = load / scene.body_stiffness + load / scene.drive_stiffness;
+            // What is beyond the guide must not buckle: a clamped rod with a free end does at 2.47 EI/l2.
+            const double out = std::min(0.15 * rod.length, std::sqrt(2.47 * rod.bending / (10 * load)));
+            const Press p = press(make, rod, scene, out);
+            const std::string label =
+                setting("kg", scene.tool_mass) + " " + setting("N/m", scene.body_stiffness);
+            rows.push_back(
+                absolute_row("press", o, rod, "deviation", p.deviation, 0, p.deviation, 0.05, label));
+            rows.push_back(relative_row("press", o, rod, "held_force", p.held_force, load, 0.01, label));
+            rows.push_back(
+                absolute_row("press", o, rod, "growth", p.growth, 0, std::max(0.0, p.growth), 1e-4, label));
+        }
+    return rows;
+}
+
+} // namespace calot::bench
