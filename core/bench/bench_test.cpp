@@ -1,8 +1,10 @@
 // The reference problems, and the claims that plugins make about them.
 #include "bench/bench.hpp"
 #include "bench/lumen.hpp"
+#include "bench/press_body.hpp"
 #include "bench/references.hpp"
 #include "bench/rod_problems.hpp"
+#include "bench/self_contact.hpp"
 #include "host/plugins.hpp"
 #include "host/services.hpp"
 
@@ -51,18 +53,36 @@ TEST(References, agree_with_mattiasson) {
     EXPECT_NEAR(1 - planar_tip(1e4, 0).shortening, std::sqrt(2.0) * 1e-2, 1e-5);
 }
 
-// Every problem that a rod's manifest claims, at a size that a test can wait for.
-class Claims : public testing::TestWithParam<std::string> {};
+// Every problem that a rod model's manifest claims, at a size that a test can wait for.
+struct Claim {
+    std::string model, problem;
+};
+
+std::vector<Claim> all_claims() {
+    std::vector<Claim> all;
+    for (const host::Found& found : plugins().models(host::Kind::rod))
+        for (const std::string& problem : found.model->claims)
+            all.push_back({found.model->id, problem});
+    return all;
+}
+
+int test_nodes(const std::string& problem) {
+    if (problem == "compress") return 128;
+    if (problem == "elastica" || problem == "refine") return 100;
+    return 40;
+}
+
+class Claims : public testing::TestWithParam<Claim> {};
 
 TEST_P(Claims, are_met) {
     RodOptions options;
-    options.model = "org.calot.rod-cosserat";
-    options.nodes = GetParam() == "elastica" ? 100 : 50;
-    if (GetParam() == "compress" || GetParam() == "refine") options.nodes = 128;
-    const RodProblem* problem = find_rod_problem(GetParam());
-    ASSERT_NE(problem, nullptr);
-    const auto rows =
-        problem->run([] { return plugins().make(host::Kind::rod, "org.calot.rod-cosserat"); }, options);
+    options.model = GetParam().model;
+    options.nodes = test_nodes(GetParam().problem);
+    options.is_short = true;
+    options.duration = 2; // of a soak
+    const RodProblem* problem = find_rod_problem(GetParam().problem);
+    ASSERT_NE(problem, nullptr) << "no problem of this name";
+    const auto rows = problem->run([&] { return plugins().make(host::Kind::rod, options.model); }, options);
     ASSERT_FALSE(rows.empty());
     bool is_judged = false;
     for (const Row& r : rows) {
@@ -74,20 +94,20 @@ TEST_P(Claims, are_met) {
     EXPECT_TRUE(is_judged);
 }
 
-std::vector<std::string> claims() {
-    return plugins().find(host::Kind::rod, "org.calot.rod-cosserat").model->claims;
-}
-
-INSTANTIATE_TEST_SUITE_P(RodCosserat, Claims, testing::ValuesIn(claims()), [](const auto& info) {
-    std::string name = info.param;
+INSTANTIATE_TEST_SUITE_P(EveryModel, Claims, testing::ValuesIn(all_claims()), [](const auto& info) {
+    std::string name = info.param.model.substr(info.param.model.rfind('.') + 1) + "_" + info.param.problem;
     std::replace(name.begin(), name.end(), '-', '_');
     return name;
 });
 
-TEST(RodCosserat, claims_what_every_rod_must) {
-    const auto claimed = claims();
-    for (const char* must : {"rest", "cantilever", "twist", "rotate"})
-        EXPECT_NE(std::find(claimed.begin(), claimed.end(), must), claimed.end()) << must;
+TEST(EveryRod, claims_what_every_rod_must) {
+    const auto models = plugins().models(host::Kind::rod);
+    ASSERT_FALSE(models.empty());
+    for (const host::Found& found : models)
+        for (const char* must : {"rest", "cantilever", "twist", "rotate"})
+            EXPECT_NE(std::find(found.model->claims.begin(), found.model->claims.end(), must),
+                      found.model->claims.end())
+                << found.model->id << " does not claim " << must;
 }
 
 // An endoscope's shaft that is pushed and turned in a bent tube, through the contract.
@@ -223,8 +243,79 @@ TEST(BenchRod, names_what_is_wrong_with_its_arguments) {
     EXPECT_NE(errors.find("levitate"), std::string::npos) << errors;
     EXPECT_EQ(run({"rest", "--nodes", "-4"}, out, errors), 2);
     EXPECT_NE(errors.find("--nodes"), std::string::npos) << errors;
+    EXPECT_EQ(run({"rest", "--EI", "nan"}, out, errors), 2);
+    EXPECT_NE(errors.find("--EI"), std::string::npos) << errors;
     EXPECT_EQ(run({"rest", "--model", "org.example.none"}, out, errors), 2);
     EXPECT_NE(errors.find("org.example.none"), std::string::npos) << errors;
+}
+
+TEST(BenchRod, says_which_numbers_a_problem_has_no_use_for) {
+    std::string out, errors;
+    ASSERT_EQ(run({"twist", "--nodes", "10", "--friction", "0.2", "--angle", "1"}, out, errors), 0) << errors;
+    EXPECT_NE(errors.find("twist has no use for --friction, --angle"), std::string::npos) << errors;
+}
+
+// Twenty-five times too coarse for its bound.
+TEST(BenchRod, fails_where_a_claim_is_missed) {
+    std::string out, errors;
+    EXPECT_EQ(run({"circle", "--nodes", "6", "--csv"}, out, errors), 1) << out << errors;
+    EXPECT_NE(out.find(",false\n"), std::string::npos) << out;
+}
+
+TEST(BenchRod, explains_every_problem) {
+    std::string out, errors;
+    ASSERT_EQ(run({"--help"}, out, errors), 0);
+    for (const RodProblem& p : rod_problems()) {
+        EXPECT_NE(out.find("calot bench rod " + std::string(p.example) + "\n"), std::string::npos) << p.id;
+        EXPECT_EQ(p.example.substr(0, p.example.find(' ')), p.id) << "the example is of another problem";
+    }
+}
+
+TEST(Row, that_is_not_claimed_is_told_apart_in_the_table) {
+    Row row;
+    row.problem = "buckle", row.model = "org.example.rod", row.quantity = "critical_torque";
+    row.error = 0.2, row.bound = 0.05, row.is_claimed = false;
+    std::ostringstream table, csv;
+    write_table(table, {&row, 1});
+    EXPECT_NE(table.str().find("no (not claimed)"), std::string::npos) << table.str();
+    row.error = std::numeric_limits<double>::infinity();
+    write_csv(csv, {&row, 1});
+    EXPECT_NE(csv.str().find(",inf,0.05,false\n"), std::string::npos) << csv.str();
+}
+
+// Of two masses in the reference: at rest, the drive's and the body's springs in series carry the load.
+TEST(PressReference, comes_to_rest_at_the_load) {
+    PressScene p;
+    p.tool_mass = 0.1, p.drive_stiffness = 2000, p.drive_damping = 20, p.drive_limit = 100;
+    p.body_mass = 0.02, p.body_stiffness = 500, p.body_damping = 1, p.gap = 0.005;
+    p.depth = 3.0 / p.body_stiffness + 3.0 / p.drive_stiffness;
+    const PressReference right = press_reference(p, 1000);
+    EXPECT_NEAR(right.force[795], 3, 0.01);
+    EXPECT_NEAR(right.tool[795], p.gap + 3.0 / p.body_stiffness, 1e-5);
+    EXPECT_EQ(right.force.back(), 0) << "withdrawn at the end";
+}
+
+TEST(PressBody, under_a_steady_force_rests_where_its_spring_says) {
+    PressScene p;
+    p.body_mass = 0.02, p.body_stiffness = 500, p.body_damping = 2;
+    PressBody body(p, 1e-3);
+    for (int k = 0; k < 900; ++k)
+        body.end_tick(2e-3); // 2 N
+    EXPECT_NEAR(body.surface(), 2.0 / 500, 1e-6);
+    // The law: what it would do by itself, and what the impulse adds.
+    EXPECT_NEAR(body.free_surface() + body.compliance() * 2e-3, 2.0 / 500, 1e-6);
+}
+
+TEST(SelfContacts, closest_points_of_two_segments) {
+    const ClosestPair across = closest_points({0, 0, 0}, {2, 0, 0}, {0.5, -1, 0.3}, {0.5, 3, 0.3});
+    EXPECT_NEAR(across.s, 0.25, 1e-12);
+    EXPECT_NEAR(across.t, 0.25, 1e-12);
+    EXPECT_NEAR(across.distance, 0.3, 1e-12);
+    const ClosestPair apart = closest_points({0, 0, 0}, {1, 0, 0}, {4, 4, 0}, {4, 9, 0});
+    EXPECT_EQ(apart.s, 1);
+    EXPECT_EQ(apart.t, 0);
+    EXPECT_NEAR(apart.distance, 5, 1e-12);
+    EXPECT_NEAR(closest_points({0, 0, 0}, {1, 0, 0}, {0, 0.2, 0}, {1, 0.2, 0}).distance, 0.2, 1e-12);
 }
 
 } // namespace

@@ -97,25 +97,26 @@ std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
         for (const double stiffness : {200.0, 5000.0}) {
             UniformRod rod = uniform;
             rod.mass_per_length = mass;
+            // What is beyond the guide must not buckle, even under four times the load: a clamped rod with a
+            // free end does at 2.47 EI/l2. Bodies and drive are as stiff as keeps the way within that.
+            const double reach = std::min(std::sqrt(2.47 * rod.bending / (4 * load)), 0.35 * rod.length);
+            const double out = 0.2 * reach;
             PressScene scene;
             scene.tool_mass = mass * rod.length;
-            scene.drive_stiffness = std::max(2000.0, 20 * load / rod.length);
+            scene.drive_stiffness = std::max(2000.0, 10 * load / reach);
             scene.drive_damping = 1.4 * std::sqrt(scene.drive_stiffness * scene.tool_mass);
             scene.drive_limit = 10 * load;
             scene.body_mass = 0.02;
-            // No deeper than a fifth of the rod.
-            scene.body_stiffness = std::max(stiffness, 5 * load / rod.length);
+            scene.body_stiffness = std::max(stiffness, 2 * load / reach);
             scene.body_damping = 0.2 * std::sqrt(scene.body_stiffness * scene.body_mass);
-            scene.gap = std::min(5e-3, 0.025 * rod.length);
+            scene.gap = std::min(5e-3, 0.1 * reach);
             scene.depth = load / scene.body_stiffness + load / scene.drive_stiffness;
-            // What is beyond the guide must not buckle: a clamped rod with a free end does at 2.47 EI/l2.
-            const double out = std::min(0.15 * rod.length, std::sqrt(2.47 * rod.bending / (10 * load)));
             const Press p = press(make, rod, scene, out);
             const std::string label =
                 setting("kg", scene.tool_mass) + " " + setting("N/m", scene.body_stiffness);
             rows.push_back(
                 absolute_row("press", o, rod, "deviation", p.deviation, 0, p.deviation, 0.05, label));
-            rows.push_back(relative_row("press", o, rod, "held_force", p.held_force, load, 0.01, label));
+            rows.push_back(relative_row("press", o, rod, "held_force", p.held_force, load, 0.05, label));
             rows.push_back(
                 absolute_row("press", o, rod, "growth", p.growth, 0, std::max(0.0, p.growth), 1e-4, label));
         }

@@ -151,6 +151,7 @@ std::vector<Row> run_elastica(const MakeInstance& make, const RodOptions& o) {
     const UniformRod rod = UniformRod::at_rest(o);
     const double unit = rod.bending / (rod.length * rod.length);
     std::vector<double> loads{unit, 2 * unit, 5 * unit, 10 * unit};
+    if (o.is_short) loads = {unit, 10 * unit};
     if (o.load) loads = {*o.load};
     std::vector<Row> rows;
     for (const double load : loads) {

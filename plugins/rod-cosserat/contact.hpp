@@ -37,8 +37,10 @@ struct ContactRow {
     Vec3 motion;
     double inverse_mass = 0, inverse_mass_2 = 0; ///< 1/kg along normal and e1; along e2, spin included
     double c_n = 0, c_1 = 0, c_2 = 0, c_n1 = 0, c_n2 = 0, c_12 = 0; ///< m/N
-    double bound = 0;                                               ///< m; the gap asked for in this substep
-    Vec3 start; ///< m, of the centreline point, at the substep's start
+    double given =
+        0; ///< m; what the impulses so far in this tick will have moved the other side, along the normal
+    double bound = 0; ///< m; the gap asked for in this substep
+    Vec3 start;       ///< m, of the centreline point, at the substep's start
     bool slips = false;
     double stick_1 = 0, stick_2 = 0;              ///< m; from the point where the surfaces stick
     double f_n = 0, f_1 = 0, f_2 = 0, f_film = 0; ///< N, in this substep
@@ -48,7 +50,6 @@ struct ContactRow {
 struct ContactMemory {
     std::uint64_t id = 0;
     Vec3 stick;
-    double f_n = 0;
 };
 
 } // namespace calot::rod_cosserat

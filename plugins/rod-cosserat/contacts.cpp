@@ -104,12 +104,14 @@ void CosseratRod::prepare_contacts() {
             const ContactMemory& m = memory_[(k + s) % memory_count_];
             if (m.id != c.id) continue;
             r.stick_1 = dot(m.stick, r.e1), r.stick_2 = dot(m.stick, r.e2);
-            r.f_n = m.f_n;
             break;
         }
     }
 }
 
+// The other side goes linearly through the tick: as it would without contact, and by what the impulses so far
+// will have moved it at the tick's end. So a steady force finds a steady surface in every substep.
+//
 // Overlap that is there already is taken back slowly, or where it is deep a share of it each tick, and by
 // positions alone: that gives nothing any speed. What the substep then asks for is that the overlap does not
 // grow.
@@ -117,8 +119,7 @@ void CosseratRod::begin_contacts(double h, double progress) {
     for (std::size_t k = 0; k < row_count_; ++k) {
         ContactRow& r = rows_[k];
         const double before = progress - 1.0 / substeps_;
-        const double gap =
-            r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.c_n * r.f_n;
+        const double gap = r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.given;
         r.bound = std::min(0.0, gap);
         if (gap < 0.0 && r.inverse_mass > 0.0) {
             const double back = std::min(std::max(recovery_speed_, -gap / deep_recovery) * h, -gap),
@@ -138,7 +139,7 @@ void CosseratRod::begin_contacts(double h, double progress) {
 }
 
 void CosseratRod::solve_contacts(double h, double progress) {
-    const double h2 = h * h;
+    const double h2 = h * h, share = h / now_.dt;
     for (std::size_t k = 0; k < row_count_; ++k) {
         ContactRow& r = rows_[k];
         const auto push = [&](Vec3 f) {
@@ -151,9 +152,9 @@ void CosseratRod::solve_contacts(double h, double progress) {
             if (r.other_a >= 0) move(r.other_a, -r.other_wa), move(r.other_b, -r.other_wb);
         };
         const Vec3 p = contact_point(r);
-        const double gap = r.gap + dot(r.normal, p - r.centre - progress * r.motion) - r.bound +
-                           r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * r.f_2;
-        const double stiff = h2 * r.inverse_mass + r.c_n;
+        const double gap = r.gap + dot(r.normal, p - r.centre - progress * r.motion) - r.bound + r.given +
+                           share * (r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * (r.f_2 + r.f_film));
+        const double stiff = h2 * r.inverse_mass + share * r.c_n;
         if (!(stiff > 0.0)) continue;
         const double f_n = std::max(0.0, r.f_n - gap / stiff);
         if (f_n == 0.0 && r.f_n == 0.0) continue;
@@ -163,11 +164,12 @@ void CosseratRod::solve_contacts(double h, double progress) {
         const Vec3 slid = contact_point(r) - r.start - (1.0 / substeps_) * r.motion;
         const double roll =
             h * r.lever * spin_[r.a] + (r.other_a >= 0 ? h * r.other_lever * spin_[r.other_a] : 0.0);
-        const double s1 = r.stick_1 + dot(r.e1, slid) + r.c_1 * r.f_1 + r.c_n1 * r.f_n + r.c_12 * r.f_2;
-        const double s2 =
-            r.stick_2 + dot(r.e2, slid) + roll + r.c_2 * r.f_2 + r.c_n2 * r.f_n + r.c_12 * r.f_1;
-        double f_1 = r.f_1 - s1 / (h2 * r.inverse_mass + r.c_1);
-        double f_2 = r.f_2 - s2 / (h2 * r.inverse_mass_2 + r.c_2);
+        const double s1 = r.stick_1 + dot(r.e1, slid) +
+                          share * (r.c_1 * r.f_1 + r.c_n1 * r.f_n + r.c_12 * (r.f_2 + r.f_film));
+        const double s2 = r.stick_2 + dot(r.e2, slid) + roll +
+                          share * (r.c_2 * (r.f_2 + r.f_film) + r.c_n2 * r.f_n + r.c_12 * r.f_1);
+        double f_1 = r.f_1 - s1 / (h2 * r.inverse_mass + share * r.c_1);
+        double f_2 = r.f_2 - s2 / (h2 * r.inverse_mass_2 + share * r.c_2);
         const double size = std::sqrt(f_1 * f_1 + f_2 * f_2), most = r.friction * r.f_n;
         r.slips = size > most;
         if (r.slips) f_1 *= most / size, f_2 *= most / size;
@@ -190,40 +192,44 @@ void CosseratRod::solve_contacts(double h, double progress) {
 
 // How far the overlap of a contact grows in this substep, m. One round leaves some where the shaft is wedged
 // between walls that face each other.
-double CosseratRod::worst_growth(double progress) const {
+double CosseratRod::worst_growth(double h, double progress) const {
+    const double share = h / now_.dt;
     double worst = 0.0;
     for (std::size_t k = 0; k < row_count_; ++k) {
         const ContactRow& r = rows_[k];
         const double gap = r.gap + dot(r.normal, contact_point(r) - r.centre - progress * r.motion) -
-                           r.bound + r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * r.f_2;
+                           r.bound + r.given +
+                           share * (r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * (r.f_2 + r.f_film));
         worst = std::max(worst, -gap);
     }
     return worst;
 }
 
-// Books the impulse, and moves the point of stick: it stays while the contact sticks; while it slips it
-// follows so closely that the other side's deflection carries the friction there is; without contact there is
-// none.
+// Books the impulse, and moves the point of stick: it stays while the contact sticks; while it slips it goes
+// along; without contact there is none.
 void CosseratRod::end_contacts(double h) {
+    const double share = h / now_.dt;
     for (std::size_t k = 0; k < row_count_; ++k) {
         ContactRow& r = rows_[k];
         if (r.f_n <= 0.0) {
             r.stick_1 = r.stick_2 = 0.0;
             continue;
         }
-        const Vec3 f = r.f_n * r.normal + r.f_1 * r.e1 + (r.f_2 + r.f_film) * r.e2;
+        const double f_2 = r.f_2 + r.f_film;
+        const Vec3 f = r.f_n * r.normal + r.f_1 * r.e1 + f_2 * r.e2;
         r.impulse += h * f;
+        r.given += share * (r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * f_2);
         if (now_.base.mode == EndMode::clamped && r.a == 0) base_force_ += -r.wa * f;
         if (now_.tip.mode == EndMode::clamped && r.b == n_ - 1) tip_force_ += -r.wb * f;
         if (r.slips) {
-            r.stick_1 = -(r.c_1 * r.f_1 + r.c_n1 * r.f_n + r.c_12 * r.f_2);
-            r.stick_2 = -(r.c_2 * r.f_2 + r.c_n2 * r.f_n + r.c_12 * r.f_1);
+            r.stick_1 = r.stick_2 = 0.0;
             continue;
         }
         const Vec3 slid = contact_point(r) - r.start - (1.0 / substeps_) * r.motion;
-        r.stick_1 += dot(r.e1, slid);
+        r.stick_1 += dot(r.e1, slid) + share * (r.c_1 * r.f_1 + r.c_n1 * r.f_n + r.c_12 * f_2);
         r.stick_2 += dot(r.e2, slid) + h * r.lever * spin_[r.a] +
-                     (r.other_a >= 0 ? h * r.other_lever * spin_[r.other_a] : 0.0);
+                     (r.other_a >= 0 ? h * r.other_lever * spin_[r.other_a] : 0.0) +
+                     share * (r.c_2 * f_2 + r.c_n2 * r.f_n + r.c_12 * r.f_1);
     }
 }
 
@@ -233,8 +239,7 @@ void CosseratRod::remember_contacts() {
         const ContactRow& r = rows_[k];
         const auto index = static_cast<std::size_t>(r.index);
         impulse_[index] = r.impulse;
-        if (r.f_n > 0.0)
-            memory_[count++] = {now_.contacts[index].id, r.stick_1 * r.e1 + r.stick_2 * r.e2, r.f_n};
+        if (r.f_n > 0.0) memory_[count++] = {now_.contacts[index].id, r.stick_1 * r.e1 + r.stick_2 * r.e2};
     }
     memory_count_ = count;
     now_.contacts = {};

@@ -396,7 +396,7 @@ void CosseratRod::substep(double h, int index) {
         const auto t1 = timing_ ? Clock::now() : Clock::time_point{};
         solve_contacts(h, progress);
         if (timing_) times_.contacts += seconds_since(t1);
-        if (k + 1 >= iterations_ && worst_growth(progress) < 0.4 * recovery_speed_ * h) break;
+        if (k + 1 >= iterations_ && worst_growth(h, progress) < 0.4 * recovery_speed_ * h) break;
     }
     limit_speed(h);
     if (row_count_ > 0) end_contacts(h);
@@ -527,11 +527,6 @@ Energies CosseratRod::energies() const {
         const double d1 = s1 * p.x - rest1_[i], d2 = s1 * p.y - rest2_[i], d3 = s3 * p.z - rest3_[i];
         e.bending += (k1_[i] * d1 * d1 + k2_[i] * d2 * d2) / per_cell_[i];
         e.twist += k3_[i] * d3 * d3 / per_twist_cell_[i];
-    }
-    for (std::size_t k = 0; k < row_count_; ++k) {
-        const ContactRow& r = rows_[k];
-        e.contact += 0.5 * (r.c_n * r.f_n * r.f_n + r.c_1 * r.f_1 * r.f_1 + r.c_2 * r.f_2 * r.f_2) +
-                     r.c_n1 * r.f_n * r.f_1 + r.c_n2 * r.f_n * r.f_2 + r.c_12 * r.f_1 * r.f_2;
     }
     return e;
 }

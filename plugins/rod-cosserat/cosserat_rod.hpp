@@ -83,8 +83,8 @@ struct StepInput {
 };
 
 struct Energies {
-    double kinetic = 0, bending = 0, twist = 0, gravity = 0, contact = 0;
-    double total() const { return kinetic + bending + twist + gravity + contact; }
+    double kinetic = 0, bending = 0, twist = 0, gravity = 0;
+    double total() const { return kinetic + bending + twist + gravity; }
 };
 
 enum class StepResult { ok, invalid_input, recovered };
@@ -162,7 +162,7 @@ class CosseratRod {
     bool acceptable(const StepInput& input) const;
     void prepare(const StepInput& input);
     void substep(double h, int index);
-    double worst_growth(double progress) const;
+    double worst_growth(double h, double progress) const;
     void update_joints();
     void update_guide();
     void choose_substeps();

@@ -7,7 +7,7 @@ namespace calot::rod_cosserat {
 
 namespace {
 
-constexpr std::size_t node_values = 13, segment_values = 8, contact_values = 6, single_values = 12;
+constexpr std::size_t node_values = 13, segment_values = 8, contact_values = 5, single_values = 12;
 constexpr double two_32 = 4294967296.0;
 
 } // namespace
@@ -37,7 +37,7 @@ void CosseratRod::save(std::span<double> state) const {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const ContactMemory m = k < memory_count_ ? memory_[k] : ContactMemory{};
         const double high = static_cast<double>(m.id >> 32), low = static_cast<double>(m.id & 0xffffffffu);
-        for (double v : {high, low, m.stick.x, m.stick.y, m.stick.z, m.f_n})
+        for (double v : {high, low, m.stick.x, m.stick.y, m.stick.z})
             state[at++] = v;
     }
 }
@@ -61,7 +61,7 @@ bool CosseratRod::load(std::span<const double> state) {
     for (std::size_t k = 0; k < rows_.size(); ++k) {
         const double* s = state.data() + contacts + contact_values * k;
         const auto id = (static_cast<std::uint64_t>(s[0]) << 32) | static_cast<std::uint64_t>(s[1]);
-        memory_[k] = {id, {s[2], s[3], s[4]}, s[5]};
+        memory_[k] = {id, {s[2], s[3], s[4]}};
     }
     update_joints();
     directions();
