@@ -19,6 +19,8 @@ constexpr double least_give = 1e-7;
 // Overlap that is there at a tick's start is taken back by this share of it, and no faster than the recovery
 // speed.
 constexpr double taken_back = 0.25;
+// Deep overlap falls by a factor e in this time.
+constexpr double deep_recovery = 4e-3; // s
 // What a pass may leave: overlap of an open contact (m); a closed one's pull, and friction off its law, by a
 // share of the force or by what moves its node this far (m) in a tick.
 constexpr double small_overlap = 1e-6, small_share = 0.05, small_way = 1e-7;
@@ -122,7 +124,10 @@ void DirectRod::prepare_contacts() {
         r.lever = lever(-radius_[at(c.segment)], axis);
         if (r.other >= 0) r.other_lever = lever(radius_[at(r.other)], third_axis(frame(r.other)));
         const double before = r.gap + dot(r.normal, between - r.centre);
-        if (before < 0.0) r.bound = before + std::min(recovery_speed_ * now_.dt, -taken_back * before);
+        if (before < 0.0)
+            r.bound =
+                before + std::min(std::max(recovery_speed_ * now_.dt, -before * now_.dt / deep_recovery),
+                                  -taken_back * before);
         for (std::size_t s = 0; s < memory_count_; ++s) {
             // Contacts mostly keep their order from tick to tick.
             const ContactMemory& known = memory_[(k + s) % memory_count_];

@@ -13,6 +13,9 @@ namespace {
 constexpr double softness = 1e-9;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do.
 constexpr double speed_limit = 20.0; // m/s
+// While contacts may close: they are up to two ticks old, and in 6 mm a wall turns. A shaft that is let go at
+// 10 J would come to 10 m/s; what surrounds a real one takes that up.
+constexpr double speed_limit_in_contact = 3.0; // m/s
 // The largest turn of a segment that the first guess makes, and that one linearisation may, rad.
 constexpr double most_guessed = 0.3, most_turned = 0.6;
 // A linearisation that turns a segment by more than this against the guess is followed by another. What one
@@ -392,10 +395,11 @@ void DirectRod::finish() {
         roll_ += dot(row(turn_, 0), now_.guide.direction);
         advance_ = dot(position(0) - now_.guide.origin, now_.guide.direction);
     }
+    const double limit = row_count_ > 0 ? speed_limit_in_contact : speed_limit;
     for (int i = 0; i < n_; ++i) {
         const Vec3 v = per_h * (position(i) - row(x0_, i));
         const double size = norm(v);
-        set_node(v_, i, size > speed_limit ? (speed_limit / size) * v : v);
+        set_node(v_, i, size > limit ? (limit / size) * v : v);
     }
     for (int j = 0; j < m_; ++j)
         set_node(spin_, j, in_frame(frame(j), per_h * row(turn_, j)));
