@@ -2,7 +2,7 @@
 
 #include "bench/cpu_clock.hpp"
 #include "bench/rod_problems.hpp"
-#include "plot/chart.hpp"
+#include "plot/beads.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -36,35 +36,11 @@ std::string short_name(const std::string& id) {
     return id.substr(id.rfind('.') + 1);
 }
 
-// Looked at from where the vessel is widest: along x, and y or z.
-plot::Panel panel_of(const PushedRod& run, const std::string& title) {
-    double y = 0, z = 0;
-    for (const Vec3& p : run.axis())
-        y = std::max(y, std::abs(p.y)), z = std::max(z, std::abs(p.z));
-    const auto across = [&](const Vec3& p) { return 1e3 * (y >= z ? p.y : p.z); };
-    plot::Panel panel;
-    panel.title = title, panel.x_label = "mm", panel.y_label = "mm", panel.is_to_scale = true;
-    constexpr int grey = 7, green = 2, red = 1; // of the palette
-    plot::Series left{.label = "vessel", .colour = grey}, right{.colour = grey};
-    const auto& axis = run.axis();
-    for (std::size_t k = 1; k + 1 < axis.size(); k += 4) {
-        const double dx = axis[k + 1].x - axis[k - 1].x,
-                     dy = (across(axis[k + 1]) - across(axis[k - 1])) / 1e3;
-        const double size = std::hypot(dx, dy), r = 1e3 * PushedRod::vessel_radius / std::max(size, 1e-12);
-        left.x.push_back(1e3 * axis[k].x - r * dy), left.y.push_back(across(axis[k]) + r * dx);
-        right.x.push_back(1e3 * axis[k].x + r * dy), right.y.push_back(across(axis[k]) - r * dx);
-    }
-    // The blind end joins the walls.
-    left.x.push_back(right.x.back()), left.y.push_back(right.y.back());
-    plot::Series colliding{.label = "colliding", .mark = plot::Mark::points, .colour = green},
-        free{.label = "free", .mark = plot::Mark::points, .colour = red};
-    for (int i = 0; i < run.rod().nodes(); ++i) {
-        const Vec3 p = run.rod().position(i);
-        plot::Series& s = run.is_colliding(i) ? colliding : free;
-        s.x.push_back(1e3 * p.x), s.y.push_back(across(p));
-    }
-    panel.series = {left, right, free, colliding};
-    return panel;
+plot::BeadString beads(const PushedRod& run, const std::string& title) {
+    plot::BeadString out{.title = title, .radius = run.uniform().radius};
+    for (int i = 0; i < run.rod().nodes(); ++i)
+        out.beads.push_back({run.rod().position(i), run.is_colliding(i)});
+    return out;
 }
 
 } // namespace
@@ -127,7 +103,7 @@ std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOpt
             }
     }
     std::vector<Row> rows;
-    std::vector<plot::Panel> panels;
+    std::vector<plot::BeadString> strings;
     for (std::size_t k = 0; k < runs.size(); ++k) {
         const PushedRod& run = *runs[k];
         RodOptions of = o;
@@ -154,9 +130,10 @@ std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOpt
         else
             std::snprintf(title, sizeof title, "%s: %.2f %% shorter, %.2f ms a simulated ms",
                           short_name(of.model).c_str(), percent, ms);
-        panels.push_back(panel_of(run, title));
+        strings.push_back(beads(run, title));
     }
-    if (!picture.empty()) plot::draw(panels, picture);
+    if (!picture.empty() && !runs.empty())
+        plot::draw({runs[0]->axis(), PushedRod::vessel_radius}, strings, picture);
     return rows;
 }
 

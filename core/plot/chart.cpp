@@ -1,16 +1,12 @@
 #include "plot/chart.hpp"
 
-#include "host/error.hpp"
+#include "plot/canvas.hpp"
 #include "plot/ticks.hpp"
-#include "plot/whole_file.hpp"
 
 #include <algorithm>
 #include <array>
-#include <cairo-svg.h>
-#include <cairo.h>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numbers>
 #include <optional>
 
@@ -30,16 +26,8 @@ constexpr std::array<std::array<double, 3>, 8> palette{{{0.00, 0.45, 0.70},
 
 constexpr double panel_width = 460, panel_height = 380, left = 66, right = 16, top = 34, bottom = 50;
 constexpr double small_text = 11, title_text = 13;
-constexpr double png_scale = 2; // pixels for each unit
 constexpr std::size_t most_in_row = 3;
 constexpr int pieces = 10; // of a line between two points, when the legend looks for its place
-
-struct Destroy {
-    void operator()(cairo_surface_t* s) const { cairo_surface_destroy(s); }
-    void operator()(cairo_t* c) const { cairo_destroy(c); }
-};
-using Surface = std::unique_ptr<cairo_surface_t, Destroy>;
-using Cairo = std::unique_ptr<cairo_t, Destroy>;
 
 std::optional<double> place(double value, bool is_log) {
     if (!std::isfinite(value) || (is_log && value <= 0)) return {};
@@ -272,49 +260,17 @@ class PanelPainter {
     Legend legend_;
 };
 
-cairo_status_t append(void* to, const unsigned char* data, unsigned int size) {
-    static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(data), size);
-    return CAIRO_STATUS_SUCCESS;
-}
-
 } // namespace
 
-void require_picture_name(const std::filesystem::path& file, const std::string& option) {
-    if (file.extension() != ".png" && file.extension() != ".svg")
-        throw host::UserError(option, file.string(), "is no picture's name; let it end in .png or .svg");
-}
-
 void draw(const std::vector<Panel>& panels, const std::filesystem::path& file) {
-    require_picture_name(file, "picture");
     const std::size_t columns = std::clamp<std::size_t>(panels.size(), 1, most_in_row);
     const std::size_t rows = std::max<std::size_t>((panels.size() + columns - 1) / columns, 1);
-    const double width = panel_width * static_cast<double>(columns);
-    const double height = panel_height * static_cast<double>(rows);
-    const bool is_svg = file.extension() == ".svg";
-    std::string bytes;
-    Surface surface(is_svg
-                        ? cairo_svg_surface_create_for_stream(&append, &bytes, width, height)
-                        : cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(width * png_scale),
-                                                     static_cast<int>(height * png_scale)));
-    {
-        const Cairo c(cairo_create(surface.get()));
-        if (!is_svg) cairo_scale(c.get(), png_scale, png_scale);
-        cairo_set_source_rgb(c.get(), 1, 1, 1);
-        cairo_paint(c.get());
-        for (std::size_t i = 0; i < panels.size(); ++i)
-            PanelPainter(c.get(), panels[i], panel_width * static_cast<double>(i % columns),
-                         panel_height * static_cast<double>(i / columns))
-                .paint();
-    }
-    if (is_svg)
-        cairo_surface_finish(surface.get());
-    else
-        cairo_surface_write_to_png_stream(surface.get(), &append, &bytes);
-    if (cairo_surface_status(surface.get()) != CAIRO_STATUS_SUCCESS || bytes.empty())
-        throw host::UserError(file.string(), "",
-                              std::string("cannot be drawn: ") +
-                                  cairo_status_to_string(cairo_surface_status(surface.get())));
-    write_whole(file, bytes);
+    Canvas canvas(panel_width * static_cast<double>(columns), panel_height * static_cast<double>(rows), file);
+    for (std::size_t i = 0; i < panels.size(); ++i)
+        PanelPainter(canvas.cairo(), panels[i], panel_width * static_cast<double>(i % columns),
+                     panel_height * static_cast<double>(i / columns))
+            .paint();
+    canvas.write();
 }
 
 } // namespace calot::plot

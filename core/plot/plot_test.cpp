@@ -1,4 +1,5 @@
 #include "host/error.hpp"
+#include "plot/beads.hpp"
 #include "plot/chart.hpp"
 #include "plot/ticks.hpp"
 #include "plot/whole_file.hpp"
@@ -63,6 +64,34 @@ TEST_F(Plot, is_written_as_svg_with_its_labels_and_as_png) {
     EXPECT_TRUE(content(folder / "a.png").starts_with("\x89PNG"));
     EXPECT_THROW(draw(some_panels(), folder / "a.jpg"), host::UserError);
     EXPECT_THROW(draw(some_panels(), folder / "none" / "a.png"), host::UserError);
+}
+
+TEST_F(Plot, beads_that_touch_are_drawn_in_another_colour) {
+    Vessel vessel{.radius = 3e-3};
+    for (int i = 0; i <= 100; ++i)
+        vessel.axis.push_back({1e-3 * i, 5e-3 * std::sin(0.05 * i), 0});
+    BeadString string{.title = "a rod", .radius = 1e-3};
+    for (int i = 0; i < 50; ++i)
+        string.beads.push_back({{2e-3 * i, 0, 0}, i % 2 == 0});
+    const auto discs = [&](bool some_touch) {
+        for (Bead& b : string.beads)
+            b.is_touching = b.is_touching && some_touch;
+        draw(vessel, {string}, folder / "beads.svg");
+        const std::string svg = content(folder / "beads.svg");
+        // The green and the red that are in the middle of a disc.
+        const auto count = [&](const char* colour) {
+            std::size_t n = 0;
+            for (std::size_t at = svg.find(colour); at != std::string::npos; at = svg.find(colour, at + 1))
+                ++n;
+            return n;
+        };
+        return std::pair{count("20%, 72%, 22%") + count("rgb(20%,72%,22%)"),
+                         count("86%, 18%, 14%") + count("rgb(86%,18%,14%)")};
+    };
+    const auto [green, red] = discs(true);
+    EXPECT_EQ(green, 26u) << "25 beads and the legend";
+    EXPECT_EQ(red, 26u);
+    EXPECT_EQ(discs(false).first, 1u) << "the legend only";
 }
 
 TEST_F(Plot, a_file_that_cannot_be_replaced_stays_as_it_was) {
