@@ -1,5 +1,6 @@
 #include "bench/rod_compare.hpp"
 
+#include "bench/block_solve.hpp"
 #include "bench/cpu_clock.hpp"
 #include "bench/floors.hpp"
 #include "bench/rod_problems.hpp"
@@ -50,7 +51,6 @@ struct Cost {
 // Steps and block solves take turns, so that what else the machine does falls on both.
 Cost measure(BenchRod& rod, double patience,
              const std::function<std::span<const calot_contact>()>& contacts) {
-    static BlockSolve block(99);
     constexpr int most = 400, warm = 20;
     std::vector<double> times, solves, counts;
     const auto begin = Clock::now();
@@ -60,7 +60,7 @@ Cost measure(BenchRod& rod, double patience,
         rod.step(list);
         const double step = cpu_seconds() - start;
         start = cpu_seconds();
-        keep = block.run();
+        keep = block_solve();
         const double solve = cpu_seconds() - start;
         if (k < warm && since(begin) < 0.5 * patience) continue;
         times.push_back(1e6 * step * 1e-3 / rod.rod().dt), solves.push_back(1e6 * solve);
@@ -324,7 +324,6 @@ std::vector<Row> compare_rods(const std::vector<VesselModel>& models, const RodO
             }
     // The floors, in microseconds.
     {
-        BlockSolve block(99);
         std::vector<double> solve, chain, step;
         const auto time = [&](std::vector<double>& to, const auto& run) {
             const double start = cpu_seconds();
@@ -333,7 +332,7 @@ std::vector<Row> compare_rods(const std::vector<VesselModel>& models, const RodO
             to.push_back(1e6 * (cpu_seconds() - start) / 20);
         };
         for (int k = 0; k < 200; ++k) {
-            time(solve, [&] { return block.run(); });
+            time(solve, [] { return block_solve(); });
             time(chain, [] { return tridiagonal_run(99); });
             time(step, [] { return explicit_step_run(100); });
         }
