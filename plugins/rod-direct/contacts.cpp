@@ -491,7 +491,8 @@ bool DirectRod::solve_contacts(bool is_first, int most_passes) {
         const bool caps = judge_caps(), contacts = judge_contacts(), done = !caps && !contacts;
         const double share = done || (pass == 0 && is_first) ? 1.0 : contact_share(way_energy());
         take(share);
-        const bool is_last = pass + 1 >= most_passes;
+        // One more where the last passed the coupling's cap: it is solved for at the cap.
+        const bool is_last = pass + 1 >= most_passes + (is_cap_passed() ? 1 : 0);
         if (!done)
             for (std::size_t k = 0; k < row_count_; ++k) {
                 ContactRow& r = rows_[k];

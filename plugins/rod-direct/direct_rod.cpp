@@ -233,6 +233,7 @@ void DirectRod::lay_out() {
 // Where the rod were at the tick's end without forces, its ends where they are prescribed.
 void DirectRod::begin(const StepInput& input) {
     now_ = input;
+    axial_releases_ = roll_releases_ = 0;
     const bool base = now_.base.mode == EndMode::clamped, tip = now_.tip.mode == EndMode::clamped;
     bool stale = base != base_cells_ || tip != tip_cells_;
     if (!input.rest_darboux.empty() &&

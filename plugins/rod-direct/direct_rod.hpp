@@ -184,6 +184,7 @@ class DirectRod {
     void add_ends();
     void add_coupling();
     bool judge_caps();
+    bool is_cap_passed() const;
     void report_ends();
 
     // contacts.cpp
@@ -260,7 +261,8 @@ class DirectRod {
     } mouth_;               ///< the joint whose cell is partly in the sleeve, and what it is outside
     double mouth_push_ = 0; ///< N; what a bent rod pushes itself out of the sleeve with
     double coupling_force_ = 0, coupling_torque_ = 0;
-    double axial_cap_ = 0, roll_cap_ = 0; ///< -1, 0, 1: which bound the coupling's spring is at
+    double axial_cap_ = 0, roll_cap_ = 0;        ///< -1, 0, 1: which bound the coupling's spring is at
+    int axial_releases_ = 0, roll_releases_ = 0; ///< from it, in this tick
 
     std::size_t contact_count_ = 0, row_count_ = 0, memory_count_ = 0;
     std::vector<ContactRow> rows_;

@@ -10,6 +10,8 @@ namespace {
 
 // An endoscope bent to 25 mm at its mouth pushes itself out with about as much.
 constexpr double sleeve_limit = 30.0; // N
+// How often the coupling may leave its cap in a tick.
+constexpr int most_releases = 3;
 // The least part of a cell that bends at the sleeve's mouth.
 constexpr double least_cell = 1e-3;
 
@@ -151,17 +153,24 @@ void DirectRod::add_coupling() {
     }
 }
 
+bool DirectRod::is_cap_passed() const {
+    return now_.base.mode == EndMode::coupled && (std::fabs(coupling_force_) > now_.base.axial.cap ||
+                                                  std::fabs(coupling_torque_) > now_.base.roll.cap);
+}
+
 // Whether a spring of the coupling passes its cap, or comes back below it, at the solution.
 bool DirectRod::judge_caps() {
     if (now_.base.mode != EndMode::coupled) return false;
     const Vec3 d = now_.guide.direction;
     const double h = now_.dt;
     const auto judge = [&](const Coupling& c, double at, double start, double more, double& cap,
-                           double& force) {
+                           double& force, int& releases) {
         const Spring s = at_end(c, at, start, h, 0.0);
         const double free = s.force - s.stiffness * more;
         force = cap != 0.0 ? cap * c.cap : free;
-        const double next = free > c.cap ? 1.0 : free < -c.cap ? -1.0 : 0.0;
+        double next = free > c.cap ? 1.0 : free < -c.cap ? -1.0 : 0.0;
+        // Back and forth between passes: at the cap, which is never passed, for the rest of the tick.
+        if (next == 0.0 && cap != 0.0 && ++releases > most_releases) next = cap;
         const bool changes = next != cap;
         cap = next;
         return changes;
@@ -169,9 +178,9 @@ bool DirectRod::judge_caps() {
     const Vec3 a{solver_.a[0][0], solver_.a[1][0], solver_.a[2][0]};
     const bool axial = judge(now_.base.axial, dot(position(0) - now_.guide.origin, d),
                              dot(row(x0_, 0) - now_.guide.origin, d), dot(node_displacement(0), d),
-                             axial_cap_, coupling_force_);
-    const bool roll =
-        judge(now_.base.roll, roll_ + dot(row(turn_, 0), d), roll_, dot(a, d), roll_cap_, coupling_torque_);
+                             axial_cap_, coupling_force_, axial_releases_);
+    const bool roll = judge(now_.base.roll, roll_ + dot(row(turn_, 0), d), roll_, dot(a, d), roll_cap_,
+                            coupling_torque_, roll_releases_);
     return axial || roll;
 }
 
