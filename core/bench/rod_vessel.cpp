@@ -89,7 +89,7 @@ bool PushedRod::step() {
 
 std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOptions& o,
                             const std::filesystem::path& picture) {
-    const double load = o.load.value_or(14), friction = o.friction.value_or(0.05);
+    const double load = o.load.value_or(10), friction = o.friction.value_or(0.05);
     std::vector<std::unique_ptr<PushedRod>> runs;
     std::vector<std::vector<double>> times(models.size());
     for (const VesselModel& m : models)

@@ -51,7 +51,7 @@ class PushedRod {
 
 /// Every model into the same vessel, step by step in turn: percent of compression and processor time side by
 /// side; with `picture` (.png or .svg) drawn, nodes that collide green, others red, the vessel's outline
-/// round them. Options: seed, nodes, load (14 N, the reference system's device, unless given), friction, and
+/// round them. Options: seed, nodes, load (10 N unless given), friction, and
 /// the rod's numbers.
 struct VesselModel {
     std::string id;
