@@ -76,10 +76,13 @@ std::size_t Lumen::nearest(const Vec3& p, std::size_t at) const {
 const std::vector<calot_contact>& Lumen::contacts(const BenchRod& rod, double reach) {
     list_.clear();
     const auto n = static_cast<std::size_t>(rod.nodes());
-    if (near_.size() != n) near_.assign(n, 0);
+    // At first a node is looked for from where its neighbour is: across a bend of more than a right angle,
+    // downhill from the mouth would end on the way.
+    const bool is_first = near_.size() != n;
+    if (is_first) near_.assign(n, 0);
     for (std::size_t i = 1; i < n; ++i) {
         const Vec3 p = rod.position(static_cast<int>(i));
-        near_[i] = nearest(p, near_[i]);
+        near_[i] = nearest(p, is_first ? near_[i - 1] : near_[i]);
         const std::size_t k = std::min(near_[i], axis_.size() - 2);
         const Vec3 a = axis_[k > 0 ? k - 1 : 0], t = normalized(axis_[k + 1] - a);
         const double along = dot(p - axis_[near_[i]], t);
