@@ -12,11 +12,11 @@ namespace calot::app {
 /// What `calot run` and `calot replay` were asked for.
 struct CaseOptions {
     std::string procedure;
-    std::string device;                        ///< empty: in a window the first that takes its events
-    std::string rod;                           ///< empty: the first real-time one
-    std::string endoscope;                     ///< a datasheet's file; empty: the scene's
-    std::string anatomy;                       ///< empty: the scene's
-    std::map<std::string, std::string> meshes; ///< files of meshes by organ, in place of the anatomy's
+    std::string device;                             ///< empty: in a window the first that takes its events
+    std::string rod;                                ///< empty: the first real-time one
+    std::string endoscope;                          ///< a datasheet's file; empty: the scene's
+    std::string anatomy;                            ///< empty: the scene's
+    std::map<std::string, std::string> meshes;      ///< files of meshes by organ, in place of the anatomy's
     std::map<std::string, std::string> instruments; ///< datasheets by channel, "1" the first
     std::string start = "default";
     std::string until; ///< a task's id

@@ -25,7 +25,7 @@ struct RodOptions {
     std::optional<double> duration;    ///< s, of soaks
     std::string anatomy = "reference"; ///< of soaks: the name of a folder in assets/anatomy
     std::string endoscope;             ///< of soaks: a datasheet's file or name; empty: the usual one
-    bool is_short = false; ///< as a test of this program can wait for: fewer cases of the same
+    bool is_short = false;             ///< as a test of this program can wait for: fewer cases of the same
 };
 
 /// Makes an instance of the model at hand, created and initialised.

@@ -17,8 +17,8 @@ std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& o) {
     Random random(o.seed);
     const Quat turn = random.orientation();
     const double moment = o.load.value_or(1.5 * uniform.bending / uniform.length);
-    // Its weight bends it no more than in `heavy`, and it has time to move, though not so long that a chaotic swing
-    // tells rounding errors apart.
+    // Its weight bends it no more than in `heavy`, and it has time to move, though not so long that a chaotic
+    // swing tells rounding errors apart.
     const double gravity =
         std::min(9.81, 5 * uniform.bending / (uniform.mass_per_length * std::pow(uniform.length, 3)));
     const int steps = std::clamp(static_cast<int>(0.5 / uniform.lowest_frequency() / uniform.dt), 100, 1000);
