@@ -27,13 +27,13 @@ simulation::Outcome play(simulation::ControlSource& hands, unsigned threads, std
     return simulation.run({.speed = simulation::Speed::max, .max_ticks = ticks});
 }
 
-// Replays with another wheel at one tick.
+// Replays with another push at one tick.
 class Meddler : public simulation::ControlSource {
   public:
     Meddler(const Journal& journal, std::int64_t at) : controls_(journal), at_(at) {}
     bool next(std::int64_t tick, calot_controls& out) override {
         const bool is_more = controls_.next(tick, out);
-        if (tick == at_) out.wheel[0] += 0.2;
+        if (tick == at_) out.insertion += 0.002;
         return is_more;
     }
 

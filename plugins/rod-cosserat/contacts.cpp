@@ -184,9 +184,11 @@ void CosseratRod::solve_contacts(double h, double progress) {
         double rate = r.wa * across(r.a) + r.wb * across(r.b);
         if (r.other_a >= 0) rate -= r.other_wa * across(r.other_a) + r.other_wb * across(r.other_b);
         rate -= dot(r.e2, r.motion) / now_.dt;
-        const double c = film * r.f_n, f_film = -c * rate / (1.0 + h * c * r.inverse_mass);
-        push(f_film * r.e2);
-        r.f_film += f_film;
+        // What earlier rounds gave is taken back in the same go: the film is as strong in any number of them.
+        const double c = film * r.f_n, hw = h * r.inverse_mass;
+        const double f_film = c * (hw * r.f_film - rate) / (1.0 + c * hw);
+        push((f_film - r.f_film) * r.e2);
+        r.f_film = f_film;
     }
 }
 
