@@ -223,6 +223,10 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
                 if (is_all)
                     errors << '[' << ++done << '/' << models.size() * wanted.size() << "] " << o.model << ' '
                            << p->id << ' ' << std::flush;
+                if (is_all && p->run == &run_push_soak && !found.model->is_realtime) {
+                    errors << "left out: minutes for a model that is not real-time; ask for it by name\n";
+                    continue;
+                }
                 const auto start = std::chrono::steady_clock::now();
                 std::vector<Row> more;
                 try {
