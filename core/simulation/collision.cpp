@@ -12,25 +12,14 @@
 
 namespace calot::simulation {
 
-namespace {
-
-// How far ahead contacts are known. 1 mm is 3 ticks at the fastest insertion of 0.3 m/s, and in the
-// oesophagus, which is hardly wider than the shaft, a quarter of the cost of 3 mm. A bent tip that snaps
-// through a narrow place goes at 1 to 2 m/s: then it pays to look farther.
-constexpr double margin = 0.001, far_margin = 0.004, farthest_margin = 0.03; // m
-constexpr double fast = 0.4;                                                 // m/s
-// A buckled shaft let go moves at 10 m/s and more: farther than it goes in the two ticks that contacts are
-// old.
-constexpr double look_ahead = 2.5e-3; // s
-
-} // namespace
+namespace {} // namespace
 
 struct Collision::Impl {
     const geometry::TriangleScene& scene;
     std::vector<double> radius;
     std::vector<double> block; // x, then y, then z
     std::size_t first_segment = 0;
-    double reach = margin;
+    double reach = 0;
     geometry::ChainContacts finder;
     geometry::SelfContacts self_finder;
     ContactList lists[2];
@@ -168,20 +157,13 @@ void Collision::schedule_first() {
     if (impl_->worker.joinable()) simulation::schedule_first(impl_->worker.native_handle());
 }
 
-void Collision::begin(std::span<const double> position, std::span<const double> velocity,
-                      std::size_t first_segment) {
+void Collision::begin(std::span<const double> position, double reach, std::size_t first_segment) {
     const std::size_t n = position.size() / 3;
     for (std::size_t i = 0; i < n; ++i)
         for (std::size_t k = 0; k < 3; ++k)
             impl_->block[k * n + i] = position[3 * i + k];
     impl_->first_segment = first_segment;
-    double fastest2 = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-        const double* v = &velocity[3 * i];
-        fastest2 = std::max(fastest2, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    }
-    const double way = look_ahead * std::sqrt(fastest2);
-    impl_->reach = fastest2 > fast * fast ? std::clamp(way, far_margin, farthest_margin) : margin;
+    impl_->reach = reach;
     impl_->current ^= 1;
     impl_->is_begun = true;
     if (impl_->worker.joinable()) {
@@ -206,6 +188,18 @@ const ContactList& Collision::finish() {
     }
     c.is_begun = false;
     return c.lists[c.current];
+}
+
+double Collision::farthest_since(std::span<const double> position) const {
+    const std::size_t n = position.size() / 3;
+    const double *x = impl_->block.data(), *y = x + n, *z = y + n;
+    double most = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+        const double dx = position[3 * i] - x[i], dy = position[3 * i + 1] - y[i],
+                     dz = position[3 * i + 2] - z[i];
+        most = std::max(most, dx * dx + dy * dy + dz * dz);
+    }
+    return std::sqrt(most);
 }
 
 } // namespace calot::simulation

@@ -48,11 +48,15 @@ class Collision {
     /// Asks for real-time scheduling of the worker, if there is one.
     void schedule_first();
 
-    /// Begins the query of these nodes (3N interleaved, m and m/s; copied). `first_segment`: those before it
-    /// lie in the guide. After the result of the one before was fetched with finish().
-    void begin(std::span<const double> position, std::span<const double> velocity, std::size_t first_segment);
-    /// Waits for it. Valid until the begin() after the next.
+    /// Begins the query of these nodes (3N interleaved, m; copied) for contacts up to `reach` (m) ahead.
+    /// `first_segment`: those before it lie in the guide. After the result of the one before was fetched with
+    /// finish().
+    void begin(std::span<const double> position, double reach, std::size_t first_segment);
+    /// Waits for it, if there is one; otherwise the result of the last. Valid until the begin() after the
+    /// next.
     const ContactList& finish();
+    /// m that the node that went farthest is away from where it was when the last query began.
+    double farthest_since(std::span<const double> position) const;
 
   private:
     struct Impl;

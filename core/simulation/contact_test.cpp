@@ -179,10 +179,10 @@ TEST(Collision, the_deepest_of_both_kinds_stay_when_not_all_fit) {
     for (int i = 0; i < 80; ++i)
         for (int k = 0; k < 3; ++k)
             position.push_back(path[4 * i][k] * (k < 2 ? 0.0337 / 0.033 : 0.95));
-    const std::vector<double> velocity(position.size()), radius(79, shaft_radius);
+    const std::vector<double> radius(79, shaft_radius);
     const auto found = [&](std::size_t most) {
         Collision collision(world->surfaces, radius, most, false);
-        collision.begin(position, velocity, 0);
+        collision.begin(position, 0.001, 0);
         return collision.finish();
     };
     const ContactList all = found(1000), few = found(40);

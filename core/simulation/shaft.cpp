@@ -19,6 +19,20 @@ constexpr double dt = 1e-3; // s, one tick
 // the wall: EI (1/l)^4 against drag, about 0.1 s.
 constexpr std::int64_t settling_ticks = 500;
 
+// m that a node may have gone since contacts were found before they are found anew, and of that at the tick's
+// begin. At 0.3 m/s, the fastest insertion, contacts of a tick ago still do; what snaps through a narrow
+// place goes at 1 to 2 m/s, a buckled shaft let go at 10 m/s.
+constexpr double holds_for = 1e-3, old_at_begin = 0.5e-3;
+// In so many parts; the last takes what is left of the tick.
+constexpr int most_parts = 16;
+
+// m that contacts are known ahead: somewhat farther than they hold for. A rod that can't end a step early may
+// go farther than that: where it is fast it is told of what it comes to in the two ticks that contacts are
+// old.
+constexpr double known_ahead = 1.2e-3, far_ahead = 0.004, farthest_ahead = 0.03;
+constexpr double fast = 0.4;          // m/s
+constexpr double look_ahead = 2.5e-3; // s
+
 // Ticks between two looks at what warmth, twist and instruments make of the shaft.
 constexpr std::int64_t conditioning_period = 50;
 
@@ -36,7 +50,7 @@ Shaft::Shaft(const Plugin& plugin, const World& world, std::uint32_t nodes, std:
     : plugin_(plugin), rod_(functions<calot_rod>(plugin)), world_(world), endoscope_(world.endoscope, nodes),
       gains_(gains), collision_(world.surfaces, endoscope_.radii(), most_contacts, threaded),
       position_(3 * nodes), velocity_(3 * nodes), frame_(4 * (nodes - 1)), angular_velocity_(3 * (nodes - 1)),
-      impulse_(3 * most_contacts) {
+      impulse_(3 * most_contacts), contacts_(most_contacts) {
     const calot_pose& exit = *world.anatomy.find(world.scene.guide)->pose;
     guide_.present = 1;
     std::copy_n(exit.position, 3, guide_.exit);
@@ -52,7 +66,7 @@ Shaft::Shaft(const Plugin& plugin, const World& world, std::uint32_t nodes, std:
         cost_ = extension<calot_cost>(plugin_, CALOT_EXTENSION_COST);
         if (cost_ != nullptr) cost_->enable(plugin_.instance->self, 1);
     }
-    collision_.begin(position_, velocity_, first_segment());
+    look_up();
     for (std::int64_t tick = -settling_ticks; tick < 0; ++tick)
         advance(tick, origin_, world.scene.gravity);
     slip_ = {};
@@ -114,50 +128,46 @@ std::size_t Shaft::first_segment() const {
     return first;
 }
 
+double Shaft::reach() const {
+    if (ends_early_) return known_ahead;
+    double fastest2 = 0;
+    for (std::size_t i = 0; i < velocity_.size(); i += 3) {
+        const double* v = &velocity_[i];
+        fastest2 = std::max(fastest2, v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    }
+    if (fastest2 <= fast * fast) return known_ahead;
+    return std::clamp(look_ahead * std::sqrt(fastest2), far_ahead, farthest_ahead);
+}
+
+void Shaft::look_up() {
+    collision_.begin(position_, reach(), first_segment());
+}
+
 void Shaft::advance(std::int64_t tick, const std::array<double, 2>& target,
                     const std::array<double, 3>& gravity) {
-    contacts_ = &collision_.finish();
-    collision_.begin(position_, velocity_, first_segment());
-
-    calot_rod_input in{};
-    in.struct_size = sizeof in;
-    in.tick = tick;
-    std::copy(gravity.begin(), gravity.end(), in.gravity);
-    in.base.mode = CALOT_END_COUPLED;
-    in.tip.mode = CALOT_END_FREE;
-    const auto coupling = [&](std::size_t axis) {
-        return calot_coupling{.target = target_[axis],
-                              .velocity = (target[axis] - target_[axis]) / dt,
-                              .stiffness = gains_.stiffness[axis],
-                              .damping = gains_.damping[axis],
-                              .limit = gains_.limit[axis]};
-    };
-    in.base.insertion = coupling(0);
-    in.base.rotation = coupling(1);
-    in.rest_darboux = reals(endoscope_.rest_darboux());
-    in.contacts = {contacts_->contact.data(), contacts_->count, sizeof(calot_contact)};
-    out_.contact_impulse = {impulse_.data(), 3 * contacts_->count};
-
-    const auto begin = std::chrono::steady_clock::now();
-    call(plugin_, "rod.step", rod_.step, &in, &out_);
-    rod_seconds_ = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-    if (cost_ != nullptr) {
-        constraint_seconds_ = 0;
-        const std::uint32_t parts = cost_->part_count(plugin_.instance->self);
-        for (std::uint32_t i = 0; i < parts; ++i) {
-            calot_string name{};
-            double seconds = 0;
-            cost_->part(plugin_.instance->self, i, &name, &seconds);
-            if (view(name) == "constraints") constraint_seconds_ += seconds;
-        }
+    contacts_.begin_tick();
+    coupling_force_ = coupling_torque_ = rod_seconds_ = constraint_seconds_ = 0;
+    const ContactList* contacts = &collision_.finish();
+    double gone = collision_.farthest_since(position_);
+    look_up();
+    if (gone > old_at_begin) {
+        contacts = &collision_.finish();
+        gone = 0;
     }
-    require_finite(plugin_, "rod.step", "output.position", position_);
-    require_finite(plugin_, "rod.step", "output.velocity", velocity_);
-    require_finite(plugin_, "rod.step", "output.frame", frame_);
-    require_finite(plugin_, "rod.step", "output.angular_velocity", angular_velocity_);
-    require_finite(plugin_, "rod.step", "output.contact_impulse", {impulse_.data(), 3 * contacts_->count});
-    const double scalars[] = {out_.insertion, out_.rotation, out_.insertion_force, out_.rotation_torque};
-    require_finite(plugin_, "rod.step", "output.insertion", scalars);
+    double left = dt;
+    for (int part = 1;; ++part) {
+        const double elapsed =
+            step_rod(tick, target, gravity, *contacts, left, part < most_parts ? holds_for - gone : 0);
+        contacts_.add(*contacts, impulse_);
+        coupling_force_ += elapsed / dt * out_.insertion_force;
+        coupling_torque_ += elapsed / dt * out_.rotation_torque;
+        left -= elapsed;
+        if (left <= 1e-9 * dt) break;
+        collision_.finish();
+        look_up();
+        contacts = &collision_.finish();
+        gone = 0;
+    }
 
     // Beyond the coupling's limit the hand slides over the shaft, so that it grips anew at once when it turns
     // back.
@@ -169,10 +179,62 @@ void Shaft::advance(std::int64_t tick, const std::array<double, 2>& target,
         slip_[k] += excess;
         target_[k] -= excess;
     }
-    for (std::size_t i = 0; i < contacts_->count; ++i) {
-        contact_hash_.add(contacts_->contact[i].id);
-        contact_hash_.add(std::span(&impulse_[3 * i], 3));
+}
+
+double Shaft::step_rod(std::int64_t tick, const std::array<double, 2>& target,
+                       const std::array<double, 3>& gravity, const ContactList& contacts, double left,
+                       double farthest) {
+    calot_rod_input in{};
+    in.struct_size = sizeof in;
+    in.tick = tick;
+    std::copy(gravity.begin(), gravity.end(), in.gravity);
+    in.base.mode = CALOT_END_COUPLED;
+    in.tip.mode = CALOT_END_FREE;
+    const auto coupling = [&](std::size_t axis) {
+        const double velocity = (target[axis] - target_[axis]) / dt;
+        return calot_coupling{.target = target_[axis] + (dt - left) * velocity,
+                              .velocity = velocity,
+                              .stiffness = gains_.stiffness[axis],
+                              .damping = gains_.damping[axis],
+                              .limit = gains_.limit[axis]};
+    };
+    in.base.insertion = coupling(0);
+    in.base.rotation = coupling(1);
+    in.rest_darboux = reals(endoscope_.rest_darboux());
+    in.contacts = {contacts.contact.data(), contacts.count, sizeof(calot_contact)};
+    in.duration = left, in.farthest = farthest;
+    out_.contact_impulse = {impulse_.data(), 3 * contacts.count};
+    out_.elapsed = 0;
+
+    const auto begin = std::chrono::steady_clock::now();
+    call(plugin_, "rod.step", rod_.step, &in, &out_);
+    rod_seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    if (cost_ != nullptr) {
+        const std::uint32_t parts = cost_->part_count(plugin_.instance->self);
+        for (std::uint32_t i = 0; i < parts; ++i) {
+            calot_string name{};
+            double seconds = 0;
+            cost_->part(plugin_.instance->self, i, &name, &seconds);
+            if (view(name) == "constraints") constraint_seconds_ += seconds;
+        }
     }
+    const std::span<const double> impulses(impulse_.data(), 3 * contacts.count);
+    require_finite(plugin_, "rod.step", "output.position", position_);
+    require_finite(plugin_, "rod.step", "output.velocity", velocity_);
+    require_finite(plugin_, "rod.step", "output.frame", frame_);
+    require_finite(plugin_, "rod.step", "output.angular_velocity", angular_velocity_);
+    require_finite(plugin_, "rod.step", "output.contact_impulse", impulses);
+    const double scalars[] = {out_.insertion, out_.rotation, out_.insertion_force, out_.rotation_torque};
+    require_finite(plugin_, "rod.step", "output.insertion", scalars);
+    if (!(out_.elapsed >= 0 && out_.elapsed <= left * (1 + 1e-9)))
+        fail(plugin_, "rod.step", CALOT_OK, CALOT_CODE_OUT_OF_RANGE, "output.elapsed",
+             "must lie between 0 and the step's duration; the plugin is broken");
+    for (std::size_t i = 0; i < contacts.count; ++i) {
+        contact_hash_.add(contacts.contact[i].id);
+        contact_hash_.add(impulses.subspan(3 * i, 3));
+    }
+    ends_early_ = out_.elapsed > 0;
+    return ends_early_ ? out_.elapsed : left;
 }
 
 std::array<double, 2> Shaft::take_slip() {
@@ -197,31 +259,21 @@ void Shaft::step(std::int64_t tick, const std::array<double, 2>& hand, const dou
 }
 
 void Shaft::report(Snapshot& s) const {
-    s.contact_count = std::min(contacts_->count, s.contact.size());
-    s.contacts_left_out = contacts_->left_out;
+    s.contact_count = std::min(contacts_.count(), s.contact.size());
+    s.contacts_left_out = contacts_.left_out();
+    contacts_.write(dt, {s.contact.data(), s.contact_count});
     s.tissue_force = s.self_force = 0;
     for (std::size_t i = 0; i < s.contact_count; ++i) {
-        const calot_contact& c = contacts_->contact[i];
-        calot_contact_report& r = s.contact[i];
-        r = {};
-        r.id = c.id;
-        r.organ = contacts_->owner[i].organ;
-        r.region = contacts_->owner[i].region;
-        r.segment = c.segment;
-        std::copy_n(c.point, 3, r.point);
-        std::copy_n(c.normal, 3, r.normal);
-        for (std::size_t k = 0; k < 3; ++k)
-            r.force[k] = -impulse_[3 * i + k] / dt;
-        r.gap = c.gap;
+        const calot_contact_report& r = s.contact[i];
         (r.organ == ContactOwner::shaft ? s.self_force : s.tissue_force) += norm(vec3(r.force));
     }
-    s.penetration.now = contacts_->deepest;
-    s.penetration.deepest = std::max(s.penetration.deepest, contacts_->deepest);
-    s.penetration.ticks_over_1mm += contacts_->deepest > 1e-3;
+    s.penetration.now = contacts_.deepest();
+    s.penetration.deepest = std::max(s.penetration.deepest, contacts_.deepest());
+    s.penetration.ticks_over_1mm += contacts_.deepest() > 1e-3;
     s.cost.rod = rod_seconds_;
     s.cost.constraints = constraint_seconds_;
-    s.cost.collision = contacts_->seconds;
-    s.cost.self_contact = contacts_->self_seconds;
+    s.cost.collision = contacts_.seconds();
+    s.cost.self_contact = contacts_.self_seconds();
 }
 
 void Shaft::show(Snapshot& s) const {
@@ -239,8 +291,8 @@ void Shaft::show(Snapshot& s) const {
     s.kinetic_energy = out_.kinetic_energy;
     s.camera = endoscope_.camera(position_, frame_);
     s.camera_twist = endoscope_.camera_twist(velocity_, angular_velocity_);
-    s.feedback.insertion_force = out_.insertion_force; // the hand is pushed back as hard as it pushes in
-    s.feedback.rotation_torque = out_.rotation_torque;
+    s.feedback.insertion_force = coupling_force_; // the hand is pushed back as hard as it pushes in
+    s.feedback.rotation_torque = coupling_torque_;
     const auto torque = endoscope_.wheel_torque();
     s.feedback.wheel_torque[0] = torque[0];
     s.feedback.wheel_torque[1] = torque[1];

@@ -1,5 +1,5 @@
-// The endoscope's shaft in its organs: a rod plugin, its contacts one tick behind, the virtual coupling at
-// its base.
+// The endoscope's shaft in its organs: a rod plugin, its contacts one tick behind or, where it is fast, found
+// anew within the tick, the virtual coupling at its base.
 #pragma once
 
 #include "simulation/collision.hpp"
@@ -7,6 +7,7 @@
 #include "simulation/endoscope.hpp"
 #include "simulation/plugin.hpp"
 #include "simulation/snapshot.hpp"
+#include "simulation/tick_contacts.hpp"
 #include "simulation/world.hpp"
 
 #include <calot/abi/plugin.h>
@@ -40,8 +41,10 @@ class Shaft {
     ~Shaft();
 
     /// One tick: steers, steps the rod with the contacts found on the state before the last, begins the query
-    /// on the present one. `hand`: m and rad of the hand since the start, at the step's end. Writes the
-    /// shaft, its contacts and the felt forces into `snapshot`, whose gravity it reads.
+    /// on the present one. Contacts hold as long as no node has gone farther than a millimetre since they
+    /// were found: a rod that can end a step early takes a tick in which one would in parts, contacts found
+    /// anew for each. `hand`: m and rad of the hand since the start, at the step's end. Writes the shaft, its
+    /// contacts and the felt forces into `snapshot`, whose gravity it reads.
     void step(std::int64_t tick, const std::array<double, 2>& hand, const double wheel[2],
               const std::uint32_t brake[2], Snapshot& snapshot);
 
@@ -66,6 +69,12 @@ class Shaft {
     void configure(const Start& start, std::uint64_t seed, std::uint32_t most_contacts);
     void advance(std::int64_t tick, const std::array<double, 2>& target,
                  const std::array<double, 3>& gravity);
+    /// Hands the rod a part of a tick; s that it took. `left`: of the tick.
+    double step_rod(std::int64_t tick, const std::array<double, 2>& target,
+                    const std::array<double, 3>& gravity, const ContactList& contacts, double left,
+                    double farthest);
+    void look_up();
+    double reach() const;
     void report(Snapshot& snapshot) const;
     std::size_t first_segment() const;
 
@@ -80,7 +89,10 @@ class Shaft {
 
     std::vector<double> position_, velocity_, frame_, angular_velocity_, impulse_;
     calot_rod_output out_{};
-    const ContactList* contacts_ = nullptr; // of the last step
+    TickContacts contacts_;     // of the last tick
+    bool ends_early_ = false;   // whether the rod can
+    double coupling_force_ = 0; // N, N m, means over the tick
+    double coupling_torque_ = 0;
     std::array<double, 2> origin_{}; // m, rad of the base at the start: insertion, roll since configure
     std::array<double, 2> target_{}; // of the coupling, at the step's begin
     std::array<double, 2> slip_{};

@@ -22,8 +22,8 @@ constexpr double numerical_viscosity = 1e-6;
 constexpr double most_viscosity = 5.0 / 12.0;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do within a substep.
 constexpr double speed_limit = 20.0; // m/s
-// While contacts may close: they are up to two ticks old, and in 6 mm a wall turns. A shaft that is let go at
-// 10 J would come to 10 m/s; what surrounds a real one takes that up.
+// While contacts may close and are not looked up anew: they are up to two ticks old, and in 6 mm a wall
+// turns. A shaft that is let go at 10 J would come to 10 m/s; what surrounds a real one takes that up.
 constexpr double speed_limit_in_contact = 3.0; // m/s
 
 // Of lengths and contacts in a substep, while the overlap of contacts grows.
@@ -298,12 +298,8 @@ bool CosseratRod::acceptable(const StepInput& in) const {
 // Substeps from the stiffest node: bending moment K phi / c acts through forces (1, -2, 1) / l, so a node's
 // row of the stiffness matrix sums to at most (4, 8, 4) K / (c l^2) (Gershgorin); a leapfrog step h with the
 // viscous part lagging is stable while h^2 w^2 + 2 h tau w^2 < 4. Twist is implicit and sets no limit.
-void CosseratRod::choose_substeps() {
-    const double dt = now_.dt;
-    const bool base = now_.base.mode == EndMode::clamped, tip = now_.tip.mode == EndMode::clamped;
-    if (chosen_ && *chosen_ == Choice{dt, base, tip}) return;
-    chosen_ = Choice{dt, base, tip};
-    double least = std::min(dt, longest_substep);
+double CosseratRod::longest_stable(bool base, bool tip) {
+    double least = longest_substep;
     const auto squared = [&](int i) {
         double row = 0.0;
         for (int k = std::max(i - 1, 0); k <= std::min(i + 1, n_ - 1); ++k) {
@@ -325,8 +321,20 @@ void CosseratRod::choose_substeps() {
         const double limit = 4.0 * stability_share * stability_share / squared(i);
         least = std::min(least, std::sqrt(tau * tau + limit) - tau);
     }
-    substeps_ = std::max(1, static_cast<int>(std::ceil(dt / least - 1e-9)));
-    const double h = dt / substeps_;
+    return least;
+}
+
+void CosseratRod::choose_substeps() {
+    const Choice choice{now_.base.mode == EndMode::clamped, now_.tip.mode == EndMode::clamped};
+    if (chosen_ != choice) {
+        longest_stable_ = longest_stable(choice.is_base_clamped, choice.is_tip_clamped);
+        chosen_ = choice;
+        slowed_for_ = 0.0;
+    }
+    substeps_ = std::max(1, static_cast<int>(std::ceil(now_.dt / longest_stable_ - 1e-9)));
+    const double h = now_.dt / substeps_;
+    if (h == slowed_for_) return;
+    slowed_for_ = h;
     for (int i = 0; i < n_; ++i)
         slow_[i] = std::exp(-node_drag_[i] * h);
     for (int j = 0; j < n_ - 1; ++j)
@@ -361,8 +369,12 @@ StepResult CosseratRod::step(const StepInput& input) {
     factor_twist(h);
     prepare_contacts();
     elastic_forces(h, false);
-    for (int s = 0; s < substeps_; ++s)
-        substep(h, s);
+    int done = 0;
+    while (done < substeps_) {
+        substep(h, done++);
+        if (input.farthest > 0.0 && is_far_enough((done + 1.0) / done)) break;
+    }
+    elapsed_ = done * h;
     if (!all_finite()) {
         load(saved_);
         for (Array* a : {&vx_, &vy_, &vz_, &spin_, &rate1_, &rate2_, &out_vx_, &out_vy_, &out_vz_})
@@ -374,11 +386,22 @@ StepResult CosseratRod::step(const StepInput& input) {
     }
     remember_contacts();
     publish(h);
-    const double share = 1.0 / substeps_;
+    const double share = 1.0 / done;
     base_force_ = share * base_force_, base_torque_ = share * base_torque_;
     tip_force_ = share * tip_force_, tip_torque_ = share * tip_torque_;
     times_.total = seconds_since(start);
     return StepResult::ok;
+}
+
+// Whether with `further` times the way since the tick's start a node would be beyond what is allowed.
+bool CosseratRod::is_far_enough(double further) const {
+    const double *x = saved_.data(), *y = x + n_, *z = y + n_; // as the state begins
+    double most = 0.0;
+    for (int i = 0; i < n_; ++i) {
+        const double dx = x_[i] - x[i], dy = y_[i] - y[i], dz = z_[i] - z[i];
+        most = std::max(most, dx * dx + dy * dy + dz * dz);
+    }
+    return further * further * most > now_.farthest * now_.farthest;
 }
 
 void CosseratRod::substep(double h, int index) {
@@ -406,7 +429,7 @@ void CosseratRod::substep(double h, int index) {
 
 // Bounds speeds and keeps the positions that go with them.
 void CosseratRod::limit_speed(double h) {
-    const double limit = row_count_ > 0 ? speed_limit_in_contact : speed_limit;
+    const double limit = row_count_ > 0 && !(now_.farthest > 0.0) ? speed_limit_in_contact : speed_limit;
     double top = 0.0;
     for (int i = 0; i < n_; ++i)
         top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);

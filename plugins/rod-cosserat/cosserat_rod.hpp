@@ -74,8 +74,9 @@ struct Guide {
 };
 
 struct StepInput {
-    double dt = 1e-3; ///< s, the tick
-    Vec3 gravity;     ///< m/s^2
+    double dt = 1e-3;      ///< s, the tick
+    double farthest = 0.0; ///< m; the step ends with the substep in which a node has gone so far; 0: never
+    Vec3 gravity;          ///< m/s^2
     End base, tip;
     Guide guide;
     std::span<const double> rest_darboux; ///< 3(N-1), 1/m; empty: unchanged since the last tick
@@ -116,8 +117,8 @@ class CosseratRod {
     /// Sets the velocities; 3N interleaved, or 3(N-1) for the angular ones, of which the axial part counts.
     void set_velocities(std::span<const double> linear, std::span<const double> angular);
 
-    /// Advances by one tick. invalid_input: nothing changed. recovered: a non-finite value appeared, the rod
-    /// stays where it was, without velocity.
+    /// Advances by one tick, or less where `farthest` ends it. invalid_input: nothing changed. recovered: a
+    /// non-finite value appeared, the rod stays where it was, without velocity.
     StepResult step(const StepInput& input);
 
     int nodes() const { return n_; }
@@ -134,6 +135,8 @@ class CosseratRod {
     Quat tip_frame() const;
     Quat base_frame() const;
 
+    /// s that the last step took.
+    double elapsed() const { return elapsed_; }
     /// N s over the last tick, on the rod; parallel to the contacts given.
     std::span<const Vec3> contact_impulses() const { return {impulse_.data(), contact_count_}; }
     /// Mean over the last tick of what the base's holder (clamp, coupling or load) exerted on the rod.
@@ -162,9 +165,11 @@ class CosseratRod {
     bool acceptable(const StepInput& input) const;
     void prepare(const StepInput& input);
     void substep(double h, int index);
+    bool is_far_enough(double further) const;
     double worst_growth(double h, double progress) const;
     void update_joints();
     void update_guide();
+    double longest_stable(bool is_base_clamped, bool is_tip_clamped);
     void choose_substeps();
     void factor_twist(double h);
     void directions();
@@ -227,14 +232,15 @@ class CosseratRod {
     double mouth_stiffness_ = 0;
     double half_kick_ =
         0.5; // 0.5 in the first substep after a reset, when velocities and positions are of one time
-    // What the number of substeps was chosen for.
+    // The longest substep, and what it was found for.
     struct Choice {
-        double dt;
         bool is_base_clamped, is_tip_clamped;
         bool operator==(const Choice&) const = default;
     };
     std::optional<Choice> chosen_;
-    double viscosity_cap_ = 0; // s
+    double longest_stable_ = 0, viscosity_cap_ = 0; // s
+    double slowed_for_ = 0;                         // s, the substep that drag's factors are of
+    double elapsed_ = 0;                            // s
 
     // Contacts of this tick, and the memory that carries stick from tick to tick.
     std::size_t contact_count_ = 0, row_count_ = 0;

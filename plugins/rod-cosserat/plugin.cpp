@@ -128,7 +128,6 @@ class CosseratRodPlugin final : public Rod, public Costed {
         rod_->save(start_);
         rod_->measure_times(measures_);
         input_ = {};
-        input_.dt = dt_;
         input_.guide = setup_.guide;
         warned_ = false;
     }
@@ -153,12 +152,13 @@ class CosseratRodPlugin final : public Rod, public Costed {
     }
 
     Result step(const calot_rod_input& in, calot_rod_output& out) override {
+        input_.dt = in.duration > 0 ? in.duration : dt_, input_.farthest = in.farthest;
         input_.gravity = vec3(in.gravity);
         input_.base = end(in.base), input_.tip = end(in.tip);
         input_.rest_darboux = span(in.rest_darboux);
         const auto list = items<calot_contact>(in.contacts);
         for (std::size_t i = 0; i < list.size(); ++i)
-            contacts_[i] = contact(list[i], dt_, properties_[1]);
+            contacts_[i] = contact(list[i], input_.dt, properties_[1]);
         input_.contacts = {contacts_.data(), list.size()};
         if (input_.base.mode == EndMode::coupled && !input_.guide.present)
             return Result::discard(CALOT_CODE_INVALID_ARGUMENT, "input.base.mode",
@@ -173,6 +173,7 @@ class CosseratRodPlugin final : public Rod, public Costed {
             host().log().realtime(CALOT_LOG_WARNING,
                                   "rod-cosserat: a step overflowed; the rod was stopped where it was");
         }
+        out.elapsed = rod_->elapsed();
         return read(out);
     }
 

@@ -98,10 +98,12 @@ void DirectRod::prepare_contacts() {
         r.segment = c.segment, r.node = near_node(c.segment), r.along = c.along;
         r.normal = c.normal;
         r.gap = c.gap, r.friction = c.friction * friction_[at(c.segment)];
-        r.centre = c.centre, r.motion = c.motion;
+        r.centre = c.centre, r.motion = now_.share * c.motion;
         const auto start = [&](int j, double t) { return (1.0 - t) * row(x0_, j) + t * row(x0_, j + 1); };
         r.start = start(c.segment, c.along);
-        const auto& m = c.compliance;
+        auto m = c.compliance;
+        for (double& v : m)
+            v *= now_.share;
         const Vec3 given{m[0] * c.normal.x + m[1] * c.normal.y + m[2] * c.normal.z,
                          m[3] * c.normal.x + m[4] * c.normal.y + m[5] * c.normal.z,
                          m[6] * c.normal.x + m[7] * c.normal.y + m[8] * c.normal.z};

@@ -13,8 +13,8 @@ namespace {
 constexpr double softness = 1e-9;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do.
 constexpr double speed_limit = 20.0; // m/s
-// While contacts may close: they are up to two ticks old, and in 6 mm a wall turns. A shaft that is let go at
-// 10 J would come to 10 m/s; what surrounds a real one takes that up.
+// While contacts may close and are not looked up anew: they are up to two ticks old, and in 6 mm a wall
+// turns. A shaft that is let go at 10 J would come to 10 m/s; what surrounds a real one takes that up.
 constexpr double speed_limit_in_contact = 3.0; // m/s
 // The largest turn of a segment that the first guess makes, and that one linearisation may, rad.
 constexpr double most_guessed = 0.3, most_turned = 0.6;
@@ -29,6 +29,10 @@ constexpr double stage_share = 0.65, calm_turn = 0.005, longest_staged = 2e-3; /
 // linearisation then lets it drive a strongly bent rod out of its plane; with such a torque there are more.
 constexpr double again_above_torque = 1e-10;
 constexpr int most_with_torque = 12;
+// A step that is to end early takes at most this share of it, at least this time, and is found in so many
+// attempts.
+constexpr double most_partial = 0.8, shortest_part = 2e-5; // -, s
+constexpr int most_attempts = 4;
 constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
 
 using Clock = std::chrono::steady_clock;
@@ -362,13 +366,39 @@ bool DirectRod::all_finite() const {
     return sum == 0.0;
 }
 
+// Of a step, the first share of it.
+StepInput DirectRod::first_part(const StepInput& whole, double share) const {
+    StepInput part = whole;
+    part.dt = share * whole.dt, part.share = share * whole.share;
+    const auto shorten = [&](End& end, const Vec3& place, const Quat& turn) {
+        if (end.mode != EndMode::clamped) return;
+        end.position = place + share * (end.position - place);
+        end.orientation = blend(turn, end.orientation, share);
+    };
+    shorten(part.base, position(0), frame_slot(0));
+    shorten(part.tip, position(m_), frame_slot(n_));
+    return part;
+}
+
 StepResult DirectRod::step(const StepInput& input) {
     if (!acceptable(input)) return StepResult::invalid_input;
     times_ = {};
     save(saved_);
-    begin(input);
-    prepare_contacts();
-    if (!solve_tick()) {
+    bool is_solved = false;
+    const double farthest = input.farthest > 0.0 ? input.farthest : 1e9;
+    double share = std::min(1.0, farthest / std::max(1e-12, fastest() * input.dt));
+    for (int attempt = 0;; ++attempt) {
+        // No small rest is left: it were a step of its own.
+        if (share > most_partial) share = 1.0;
+        share = std::max(share, std::min(1.0, shortest_part / input.dt));
+        is_solved = try_step(share < 1.0 ? first_part(input, share) : input);
+        const double moved = is_solved ? farthest_moved() : 0.0;
+        if (moved <= 1.25 * farthest || share * input.dt <= shortest_part || attempt + 1 == most_attempts)
+            break;
+        load(saved_);
+        share *= std::clamp(0.9 * farthest / moved, 0.1, 0.7);
+    }
+    if (!is_solved) {
         load(saved_);
         for (auto* group : {v_, spin_, force_})
             for (int i = 0; i < 3; ++i)
@@ -386,6 +416,29 @@ StepResult DirectRod::step(const StepInput& input) {
     return StepResult::ok;
 }
 
+bool DirectRod::try_step(const StepInput& input) {
+    begin(input);
+    prepare_contacts();
+    return solve_tick();
+}
+
+double DirectRod::fastest() const {
+    double most = 0.0;
+    for (int i = 0; i < n_; ++i)
+        most = std::max(most, dot(velocity(i), velocity(i)));
+    return std::sqrt(most);
+}
+
+// Of a node, since the tick's start.
+double DirectRod::farthest_moved() const {
+    double most = 0.0;
+    for (int i = 0; i < n_; ++i) {
+        const Vec3 way = position(i) - row(x0_, i);
+        most = std::max(most, dot(way, way));
+    }
+    return std::sqrt(most);
+}
+
 void DirectRod::finish() {
     const double per_h = 1.0 / stage_, further = now_.dt / stage_;
     if (further > 1.0) {
@@ -396,7 +449,7 @@ void DirectRod::finish() {
         roll_ += dot(row(turn_, 0), now_.guide.direction);
         advance_ = dot(position(0) - now_.guide.origin, now_.guide.direction);
     }
-    const double limit = row_count_ > 0 ? speed_limit_in_contact : speed_limit;
+    const double limit = row_count_ > 0 && !(now_.farthest > 0.0) ? speed_limit_in_contact : speed_limit;
     for (int i = 0; i < n_; ++i) {
         const Vec3 v = per_h * (position(i) - row(x0_, i));
         const double size = norm(v);

@@ -72,12 +72,14 @@ struct Guide {
 };
 
 struct StepInput {
-    double dt = 1e-3; ///< s, the tick
-    Vec3 gravity;     ///< m/s^2
+    double dt = 1e-3;      ///< s, the tick
+    double farthest = 0.0; ///< m; the step ends early once a node has gone about so far; 0: never
+    Vec3 gravity;          ///< m/s^2
     End base, tip;
     Guide guide;
     std::span<const double> rest_darboux; ///< 3(N-1), 1/m; empty: unchanged since the last tick
     std::span<const Contact> contacts;    ///< at most max_contacts; those beyond are ignored
+    double share = 1.0; ///< of the contacts' motion and compliance: they are of a step longer by its inverse
 };
 
 struct Energies {
@@ -112,8 +114,8 @@ class DirectRod {
     /// first with the segments' lengths. Throws std::invalid_argument.
     void reset_to(std::span<const double> positions, std::span<const double> frames);
 
-    /// Advances by one tick. invalid_input: nothing changed. recovered: no finite solution was found, the rod
-    /// stays where it was, without velocity.
+    /// Advances by one tick, or less where `farthest` ends it. invalid_input: nothing changed. recovered: no
+    /// finite solution was found, the rod stays where it was, without velocity.
     StepResult step(const StepInput& input);
 
     int nodes() const { return n_; }
@@ -129,6 +131,8 @@ class DirectRod {
         return in_world(frame(j), {spin_[0][at(j)], spin_[1][at(j)], spin_[2][at(j)]});
     }
 
+    /// s that the last step took.
+    double elapsed() const { return now_.dt; }
     /// N s over the last tick, on the rod; parallel to the contacts given.
     std::span<const Vec3> contact_impulses() const { return {impulse_.data(), contact_count_}; }
     /// Mean over the last tick of what the base's holder (clamp, coupling or load) exerted on the rod.
@@ -157,8 +161,12 @@ class DirectRod {
     bool acceptable(const StepInput& input) const;
     void update_joints();
     void come_to_rest();
+    StepInput first_part(const StepInput& whole, double share) const;
+    bool try_step(const StepInput& input);
     void begin(const StepInput& input);
     bool solve_tick();
+    double fastest() const;
+    double farthest_moved() const;
     void advance(double share);
     void lay_out();
     void finish();

@@ -73,6 +73,12 @@ struct RodFunctions {
         if (!check.whole(input, "input") || !check.whole(output, "output")) return check.status();
         const std::uint64_t m = c.nodes - 1;
         check.reals("input.gravity", input->gravity, 3);
+        const double longest = 1e-9 * static_cast<double>(c.activation.step_nanoseconds);
+        check.require(input->duration >= 0 && input->duration <= longest * (1 + 1e-9),
+                      CALOT_CODE_OUT_OF_RANGE, "input.duration",
+                      "must be positive, no longer than the activation's step, or 0");
+        check.require(input->farthest >= 0 && input->farthest < 1e9, CALOT_CODE_OUT_OF_RANGE,
+                      "input.farthest", "must be finite and not negative");
         check_end(check, input->base, true);
         check_end(check, input->tip, false);
         check.sized(input->rest_darboux, 3 * m, true, "input.rest_darboux");
@@ -81,6 +87,7 @@ struct RodFunctions {
         if (check.is_ok()) check_contacts(check, input->contacts, m);
         check_output(check, *output, c.nodes, input->contacts.count);
         if (!check.is_ok()) return check.status();
+        output->elapsed = 0;
         return guarded(error, [&] { return give(error, c.rod->step(*input, *output)); });
     }
     static calot_status read(void* self, calot_rod_output* output, calot_error* error) {

@@ -86,6 +86,10 @@ typedef struct calot_rod_input {
     calot_rod_end tip;
     calot_reals rest_darboux; /* 3(N-1), 1/m: steering; empty: as before */
     calot_structs contacts;   /* of calot_contact */
+    double duration; /* s, of this step, no longer than the activation's; 0: the activation's. What the
+                        contract says of a step's end is of this one's */
+    double farthest; /* m: once a node has gone so far from where the step found it the rod may end the step,
+                        so that contacts are looked up anew for the rest of it; 0: it takes all of it */
 } calot_rod_input;
 
 /* All spans are the caller's; an empty one is not filled. */
@@ -106,6 +110,9 @@ typedef struct calot_rod_output {
     double bending_energy;  /* J */
     double twist_energy;    /* J */
     double gravity_energy;  /* J, 0 at the world's origin */
+    double elapsed; /* s that the step took of its duration; what is clamped has gone the same share of its
+                       way. A rod that leaves it 0 took all, and is never asked for less than the activation's
+                       step */
 } calot_rod_output;
 
 typedef struct calot_rod {
