@@ -23,6 +23,7 @@ struct RodOptions {
     std::optional<double> friction, angle;
     std::uint64_t seed = 1;
     std::optional<double> duration;    ///< s, of soaks
+    std::optional<double> patience;    ///< s by the clock, of soaks: then it ends, and the rows say so
     std::string anatomy = "reference"; ///< of soaks: the name of a folder in assets/anatomy
     std::string endoscope;             ///< of soaks: a datasheet's file or name; empty: the usual one
     bool is_short = false;             ///< as a test of this program can wait for: fewer cases of the same

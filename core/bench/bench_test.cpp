@@ -229,6 +229,26 @@ TEST(BenchRod, csv_has_the_agreed_columns) {
     EXPECT_EQ(std::count(row.begin(), row.end(), ','), 9);
 }
 
+// Everything printed before the last problem begins, whatever happens then.
+TEST(BenchRod, prints_rows_as_soon_as_they_are_known) {
+    Row row;
+    row.problem = "rest", row.model = "org.example.rod", row.quantity = "drift";
+    for (const bool is_csv : {true, false}) {
+        std::ostringstream out;
+        RowPrinter printer(out, is_csv);
+        printer.print({&row, 1});
+        const std::string first = out.str();
+        EXPECT_EQ(std::count(first.begin(), first.end(), '\n'), 2) << "a header and a row: " << first;
+        row.quantity = "a_quantity_of_a_longer_name";
+        printer.print({&row, 1});
+        const std::string both = out.str();
+        EXPECT_EQ(both.substr(0, first.size()), first);
+        EXPECT_EQ(std::count(both.begin(), both.end(), '\n'), 3) << "one header only: " << both;
+        EXPECT_NE(both.find("a_quantity_of_a_longer_name"), std::string::npos);
+        row.quantity = "drift";
+    }
+}
+
 TEST(BenchRod, prints_what_a_step_costs) {
     std::string out, errors;
     ASSERT_EQ(run({"--nodes", "30", "--csv"}, out, errors), 0) << errors;

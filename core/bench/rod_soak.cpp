@@ -9,6 +9,7 @@
 #include "simulation/endoscope_chain.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 namespace calot::bench {
@@ -49,6 +50,21 @@ void change(simulation::EndoscopeDatasheet& sheet, const RodOptions& o) {
         if (!s.bends) s.length *= longer;
     }
 }
+
+// Ends a case that takes longer by the clock than `seconds`.
+class Patience : public simulation::Observer {
+  public:
+    Patience(simulation::Simulation& simulation, double seconds)
+        : simulation_(simulation),
+          end_(std::chrono::steady_clock::now() + std::chrono::milliseconds(std::llround(1e3 * seconds))) {}
+    void ticked(const simulation::Snapshot&) override {
+        if (std::chrono::steady_clock::now() >= end_) simulation_.stop();
+    }
+
+  private:
+    simulation::Simulation& simulation_;
+    std::chrono::steady_clock::time_point end_;
+};
 
 } // namespace
 
@@ -111,6 +127,9 @@ std::vector<Row> run_push_soak(const MakeInstance& make, const RodOptions& o) {
     try {
         simulation::Simulation simulation(setup);
         simulation.add_observer(judge);
+        Patience patience(simulation, o.patience.value_or(1e6));
+        simulation.add_observer(patience);
+        if (o.patience) like.setting += ", at most " + setting("s by the clock", *o.patience);
         simulation.run({.max_ticks = std::llround(seconds * 1000)});
     } catch (const host::PluginError& error) {
         // The run ends here: its duration falls short, and the row says why.

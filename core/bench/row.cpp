@@ -34,37 +34,75 @@ std::string short_name(const std::string& id) {
     return id.substr(id.rfind('.') + 1);
 }
 
+const std::vector<std::string> titles{"problem",  "model",     "nodes", "setting", "quantity",
+                                      "measured", "reference", "error", "bound",   "met"};
+
+std::vector<std::string> cells(const Row& r) {
+    return {r.problem,
+            short_name(r.model),
+            std::to_string(r.nodes),
+            r.setting,
+            r.quantity,
+            number(r.measured, 7),
+            number(r.reference, 7),
+            error_text(r, 3),
+            number(r.bound, 3),
+            met_text(r)};
+}
+
+void write_line(std::ostream& out, const std::vector<std::string>& line,
+                const std::vector<std::size_t>& width) {
+    std::string text;
+    for (std::size_t k = 0; k < line.size(); ++k) {
+        const std::string pad(width[k] - line[k].size(), ' ');
+        const bool is_number = k == 2 || (k >= 5 && k <= 8);
+        text += (is_number ? pad + line[k] : line[k] + pad) + "  ";
+    }
+    text.erase(text.find_last_not_of(' ') + 1);
+    out << text << '\n';
+}
+
+void write_csv_header(std::ostream& out) {
+    out << "problem,model,nodes,dt,quantity,measured,reference,error,bound,met\n";
+}
+
+void write_csv_line(std::ostream& out, const Row& r) {
+    out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity << ','
+        << number(r.measured) << ',' << number(r.reference) << ',' << error_text(r) << ',' << number(r.bound)
+        << ',' << (r.met() ? "true" : "false") << '\n';
+}
+
 } // namespace
 
 void write_csv(std::ostream& out, std::span<const Row> rows) {
-    out << "problem,model,nodes,dt,quantity,measured,reference,error,bound,met\n";
+    write_csv_header(out);
     for (const Row& r : rows)
-        out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity
-            << ',' << number(r.measured) << ',' << number(r.reference) << ',' << error_text(r) << ','
-            << number(r.bound) << ',' << (r.met() ? "true" : "false") << '\n';
+        write_csv_line(out, r);
 }
 
 void write_table(std::ostream& out, std::span<const Row> rows) {
-    std::vector<std::vector<std::string>> cells{{"problem", "model", "nodes", "setting", "quantity",
-                                                 "measured", "reference", "error", "bound", "met"}};
-    for (const Row& r : rows)
-        cells.push_back({r.problem, short_name(r.model), std::to_string(r.nodes), r.setting, r.quantity,
-                         number(r.measured, 7), number(r.reference, 7), error_text(r, 3), number(r.bound, 3),
-                         met_text(r)});
-    std::vector<std::size_t> width(cells[0].size(), 0);
-    for (const auto& line : cells)
-        for (std::size_t k = 0; k < line.size(); ++k)
-            width[k] = std::max(width[k], line[k].size());
-    for (const auto& line : cells) {
-        std::string text;
-        for (std::size_t k = 0; k < line.size(); ++k) {
-            const std::string pad(width[k] - line[k].size(), ' ');
-            const bool is_number = k == 2 || (k >= 5 && k <= 8);
-            text += (is_number ? pad + line[k] : line[k] + pad) + "  ";
-        }
-        text.erase(text.find_last_not_of(' ') + 1);
-        out << text << '\n';
+    RowPrinter(out, false).print(rows);
+}
+
+void RowPrinter::print(std::span<const Row> rows) {
+    if (is_csv_) {
+        if (!is_begun_) write_csv_header(out_);
+        for (const Row& r : rows)
+            write_csv_line(out_, r);
+    } else {
+        std::vector<std::vector<std::string>> lines;
+        if (!is_begun_) lines.push_back(titles);
+        for (const Row& r : rows)
+            lines.push_back(cells(r));
+        width_.resize(titles.size(), 0);
+        for (const auto& line : lines)
+            for (std::size_t k = 0; k < line.size(); ++k)
+                width_[k] = std::max(width_[k], line[k].size());
+        for (const auto& line : lines)
+            write_line(out_, line, width_);
     }
+    is_begun_ = true;
+    out_ << std::flush;
 }
 
 } // namespace calot::bench

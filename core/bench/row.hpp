@@ -31,4 +31,18 @@ void write_csv(std::ostream& out, std::span<const Row> rows);
 /// The same for people.
 void write_table(std::ostream& out, std::span<const Row> rows);
 
+/// Either of the two, row by row as they come: what has been printed is there whatever happens next. Columns
+/// of the table are as wide as what has come so far needs.
+class RowPrinter {
+  public:
+    RowPrinter(std::ostream& out, bool is_csv) : out_(out), is_csv_(is_csv) {}
+    /// Prints them, after the header if they are the first, and flushes.
+    void print(std::span<const Row> rows);
+
+  private:
+    std::ostream& out_;
+    bool is_csv_, is_begun_ = false;
+    std::vector<std::size_t> width_;
+};
+
 } // namespace calot::bench
