@@ -71,9 +71,10 @@ CordeRod::CordeRod(const RodDescription& d, const Settings& settings)
     rest_darboux_ = d.rest_darboux;
     for (std::size_t i = 0; i < n; ++i)
         x_[i] = d.position[3 * i], y_[i] = d.position[3 * i + 1], z_[i] = d.position[3 * i + 2];
+    const std::vector<double> frames = aligned_frames(d);
     for (std::size_t j = 0; j < m; ++j)
-        qw_[j] = d.frame[4 * j], qx_[j] = d.frame[4 * j + 1], qy_[j] = d.frame[4 * j + 2],
-        qz_[j] = d.frame[4 * j + 3];
+        qw_[j] = frames[4 * j], qx_[j] = frames[4 * j + 1], qy_[j] = frames[4 * j + 2],
+        qz_[j] = frames[4 * j + 3];
     set_properties(d.properties);
     base_clamp_ = frame(0), tip_clamp_ = frame(n_ - 2);
 }

@@ -34,7 +34,7 @@ inline Vec3 CosseratRod::contact_point(const ContactRow& r) const {
 
 // Whether a contact may close within the tick: half a millimetre, and twice as far as its nodes go at their
 // speed, are left for what speeds them up; and where the shaft snaps, as far as its fastest node goes.
-bool CosseratRod::can_touch(const Contact& c) const {
+bool CosseratRod::can_touch(const RodContact& c) const {
     const auto point = [&](int j, double t) { return (1.0 - t) * position(j) + t * position(j + 1); };
     const auto reach = [&](int j) {
         const double a = vx_[j] * vx_[j] + vy_[j] * vy_[j] + vz_[j] * vz_[j];
@@ -58,7 +58,7 @@ void CosseratRod::prepare_contacts() {
         top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
     top_speed_ = std::sqrt(top);
     for (std::size_t k = 0; k < contact_count_; ++k) {
-        const Contact& c = now_.contacts[k];
+        const RodContact& c = now_.contacts[k];
         impulse_[k] = {};
         if (!can_touch(c)) continue;
         ContactRow& r = rows_[row_count_++];
@@ -221,8 +221,8 @@ void CosseratRod::end_contacts(double h) {
         const Vec3 f = r.f_n * r.normal + r.f_1 * r.e1 + f_2 * r.e2;
         r.impulse += h * f;
         r.given += share * (r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * f_2);
-        if (now_.base.mode == EndMode::clamped && r.a == 0) base_force_ += -r.wa * f;
-        if (now_.tip.mode == EndMode::clamped && r.b == n_ - 1) tip_force_ += -r.wb * f;
+        if (now_.base.mode == RodEndMode::clamped && r.a == 0) base_force_ += -r.wa * f;
+        if (now_.tip.mode == RodEndMode::clamped && r.b == n_ - 1) tip_force_ += -r.wb * f;
         if (r.slips) {
             r.stick_1 = r.stick_2 = 0.0;
             continue;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
 
 namespace calot::rod_cosserat {
 
@@ -35,42 +34,12 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct Property {
-    const char* name;
-    std::span<const double> SegmentProperties::*values;
-    bool positive;
-};
-
-constexpr Property properties[] = {
-    {"segments.mass_per_length", &SegmentProperties::mass_per_length, true},
-    {"segments.radius", &SegmentProperties::radius, true},
-    {"segments.bending_x", &SegmentProperties::bending_1, true},
-    {"segments.bending_y", &SegmentProperties::bending_2, true},
-    {"segments.torsion", &SegmentProperties::torsion, true},
-    {"segments.bending_damping", &SegmentProperties::bending_damping, false},
-    {"segments.torsion_damping", &SegmentProperties::torsion_damping, false},
-    {"segments.drag", &SegmentProperties::drag, false},
-    {"segments.friction", &SegmentProperties::friction, false},
-};
-
-void require(bool holds, const char* field, const char* what) {
-    if (!holds) throw std::invalid_argument(std::string(field) + ": " + what);
-}
-
 } // namespace
 
-CosseratRod::CosseratRod(const RodDescription& d)
-    : n_(d.nodes), iterations_(d.iterations), recovery_speed_(d.recovery_speed) {
-    require(d.nodes >= 3 && d.nodes <= 100000, "nodes", "must be from 3 to 100000");
-    require(d.max_contacts >= 0, "max_contacts", "must not be negative");
-    require(std::isfinite(d.recovery_speed) && d.recovery_speed > 0, "recovery_speed", "must be positive");
-    require(d.iterations >= 1 && d.iterations <= 1000, "iterations", "must be from 1 to 1000");
+CosseratRod::CosseratRod(const RodDescription& d, std::span<const double> parameters)
+    : n_(d.nodes), iterations_(static_cast<int>(parameters[0])), recovery_speed_(parameters[1]),
+      rest_darboux_(d.rest_darboux) {
     const auto n = static_cast<std::size_t>(n_), m = n - 1;
-    require(d.length.size() == m, "length", "needs one value for each segment");
-    for (double l : d.length)
-        require(l > 0 && l < 1e6, "length", "must be positive and finite");
-    for (const Property& p : properties)
-        require((d.properties.*p.values).size() == m, p.name, "needs one value for each segment");
     for (Array* a : {&x_,         &y_,
                      &z_,         &vx_,
                      &vy_,        &vz_,
@@ -98,7 +67,6 @@ CosseratRod::CosseratRod(const RodDescription& d)
     for (Array* a : {&tx_, &ty_, &tz_, &lambda_, &couple_x_, &couple_y_, &couple_z_, &lower_, &diagonal_,
                      &upper_, &right_})
         a->assign(n + 1, 0.0);
-    rest_darboux_.assign(3 * m, 0.0);
     const auto contacts = static_cast<std::size_t>(d.max_contacts);
     rows_.resize(contacts);
     impulse_.resize(contacts);
@@ -107,34 +75,19 @@ CosseratRod::CosseratRod(const RodDescription& d)
         length_[j] = d.length[j];
         inverse_length_[j] = 1.0 / d.length[j];
     }
-    if (const auto wrong = set_properties(d.properties))
-        throw std::invalid_argument(std::string(wrong->field) + "[" + std::to_string(wrong->index) +
-                                    "]: " + wrong->message);
+    set_properties(d.properties);
     saved_.resize(state_size());
-    reset({}, {});
+    reset_to(d.position, d.frame);
 }
 
-std::optional<Complaint> CosseratRod::set_properties(const SegmentProperties& given) {
-    const auto m = static_cast<std::size_t>(n_ - 1);
-    for (const Property& p : properties) {
-        const std::span<const double> values = given.*p.values;
-        if (!values.empty() && values.size() != m)
-            return Complaint{p.name, "needs one value for each segment", values.size()};
-        for (std::size_t j = 0; j < values.size(); ++j)
-            if (!(values[j] < 1e12 && (p.positive ? values[j] > 1e-15 : values[j] >= 0.0)))
-                return Complaint{
-                    p.name, p.positive ? "must be positive and finite" : "must be finite and not negative",
-                    j};
-    }
-    Array* const stored[] = {&mass_per_length_, &radius_,          &bending_1_, &bending_2_, &torsion_,
-                             &bending_damping_, &torsion_damping_, &drag_,      &friction_};
-    for (std::size_t k = 0; k < std::size(properties); ++k) {
-        const std::span<const double> values = given.*properties[k].values;
-        std::copy(values.begin(), values.end(), stored[k]->begin());
-    }
+void CosseratRod::set_properties(const RodProperties& given) {
+    mass_per_length_ = given.mass_per_length, radius_ = given.radius;
+    bending_1_ = given.bending_x, bending_2_ = given.bending_y, torsion_ = given.torsion;
+    bending_damping_ = given.bending_damping, torsion_damping_ = given.torsion_damping;
+    drag_ = given.drag, friction_ = given.friction;
     std::fill(mass_.begin(), mass_.end(), 0.0);
     std::fill(node_drag_.begin(), node_drag_.end(), 0.0);
-    for (std::size_t j = 0; j < m; ++j) {
+    for (std::size_t j = 0; j < length_.size(); ++j) {
         const double mass = mass_per_length_[j] * length_[j];
         polar_[j] = 0.5 * mass * radius_[j] * radius_[j];
         for (std::size_t i : {j, j + 1}) {
@@ -146,16 +99,6 @@ std::optional<Complaint> CosseratRod::set_properties(const SegmentProperties& gi
         node_drag_[i] /= mass_[i];
     chosen_.reset();
     update_joints();
-    return std::nullopt;
-}
-
-bool CosseratRod::set_rest_darboux(std::span<const double> darboux) {
-    if (darboux.size() != rest_darboux_.size()) return false;
-    for (double u : darboux)
-        if (!(std::fabs(u) < 1e9)) return false;
-    std::copy(darboux.begin(), darboux.end(), rest_darboux_.begin());
-    update_joints();
-    return true;
 }
 
 // Joint i spans half of each neighbouring segment. Bending moment is continuous across it, so compliances add
@@ -207,18 +150,11 @@ void CosseratRod::reset(Vec3 base, Quat orientation) {
 
 void CosseratRod::reset_to(std::span<const double> p, std::span<const double> frames) {
     const auto n = static_cast<std::size_t>(n_);
-    require(p.size() == 3 * n, "position", "needs three values for each node");
-    require(frames.size() == 4 * (n - 1), "frame", "needs four values for each segment");
-    for (double v : p)
-        require(std::fabs(v) < 1e6, "position", "must be finite");
     for (std::size_t i = 0; i < n; ++i) {
         x_[i] = p[3 * i], y_[i] = p[3 * i + 1], z_[i] = p[3 * i + 2];
         if (i == n - 1) break;
         const Vec3 e = Vec3{p[3 * i + 3], p[3 * i + 4], p[3 * i + 5]} - position(static_cast<int>(i));
-        require(norm(e) > 0.0, "position", "neighbouring nodes coincide");
         const Quat given{frames[4 * i], frames[4 * i + 1], frames[4 * i + 2], frames[4 * i + 3]};
-        const double size = given.w * given.w + given.x * given.x + given.y * given.y + given.z * given.z;
-        require(std::fabs(size - 1.0) < 1e-3, "frame", "must be unit quaternions");
         const Quat unit = normalized(given);
         const Quat q = normalized(between(third_axis(unit), (1.0 / norm(e)) * e) * unit);
         qw_[i] = q.w, qx_[i] = q.x, qy_[i] = q.y, qz_[i] = q.z;
@@ -257,44 +193,6 @@ void CosseratRod::set_velocities(std::span<const double> linear, std::span<const
     half_kick_ = 0.5;
 }
 
-bool CosseratRod::acceptable(const StepInput& in) const {
-    // Large but finite numbers overflow as surely as infinities do; these bounds are far outside any
-    // endoscope.
-    const auto sane = [](double v) { return std::fabs(v) < 1e9; };
-    const auto sane3 = [&](Vec3 v) { return sane(v.x) && sane(v.y) && sane(v.z); };
-    const auto unit = [](double s) { return std::fabs(s - 1.0) < 1e-3; };
-    if (!(in.dt >= 1e-6 && in.dt <= 1e-2) || !sane3(in.gravity)) return false;
-    for (const End* e : {&in.base, &in.tip}) {
-        const Quat q = e->orientation;
-        if (!sane3(e->position) || !sane3(e->force) || !sane3(e->torque)) return false;
-        if (!unit(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z)) return false;
-        for (const Coupling* c : {&e->axial, &e->roll})
-            if (!sane(c->target) || !sane(c->velocity) || !sane(c->stiffness) || !sane(c->damping) ||
-                !sane(c->cap) || c->stiffness < 0 || c->damping < 0 || c->cap < 0)
-                return false;
-    }
-    if (in.tip.mode == EndMode::coupled || (in.base.mode == EndMode::coupled && !in.guide.present))
-        return false;
-    if (in.guide.present &&
-        (!sane3(in.guide.origin) || !sane3(in.guide.direction) || !unit(norm(in.guide.direction))))
-        return false;
-    if (!in.rest_darboux.empty() && in.rest_darboux.size() != rest_darboux_.size()) return false;
-    for (double u : in.rest_darboux)
-        if (!sane(u)) return false;
-    for (const Contact& c : in.contacts) {
-        if (c.segment < 0 || c.segment >= n_ - 1 || c.other_segment >= n_ - 1) return false;
-        if (!(c.along >= 0 && c.along <= 1) ||
-            (c.other_segment >= 0 && !(c.other_along >= 0 && c.other_along <= 1)))
-            return false;
-        if (!sane3(c.normal) || !unit(norm(c.normal)) || !sane(c.gap) || !sane3(c.centre) || !sane3(c.motion))
-            return false;
-        if (!sane(c.friction) || c.friction < 0) return false;
-        for (double v : c.compliance)
-            if (!sane(v)) return false;
-    }
-    return true;
-}
-
 // Substeps from the stiffest node: bending moment K phi / c acts through forces (1, -2, 1) / l, so a node's
 // row of the stiffness matrix sums to at most (4, 8, 4) K / (c l^2) (Gershgorin); a leapfrog step h with the
 // viscous part lagging is stable while h^2 w^2 + 2 h tau w^2 < 4. Twist is implicit and sets no limit.
@@ -325,7 +223,7 @@ double CosseratRod::longest_stable(bool base, bool tip) {
 }
 
 void CosseratRod::choose_substeps() {
-    const Choice choice{now_.base.mode == EndMode::clamped, now_.tip.mode == EndMode::clamped};
+    const Choice choice{now_.base.mode == RodEndMode::clamped, now_.tip.mode == RodEndMode::clamped};
     if (chosen_ != choice) {
         longest_stable_ = longest_stable(choice.is_base_clamped, choice.is_tip_clamped);
         chosen_ = choice;
@@ -341,7 +239,7 @@ void CosseratRod::choose_substeps() {
         slow_spin_[j] = std::exp(-drag_[j] / mass_per_length_[j] * h);
 }
 
-void CosseratRod::prepare(const StepInput& input) {
+void CosseratRod::prepare(const RodStep& input) {
     now_ = input;
     if (!input.rest_darboux.empty() &&
         !std::equal(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin())) {
@@ -352,15 +250,14 @@ void CosseratRod::prepare(const StepInput& input) {
         w_[i] = 1.0 / mass_[i];
     base_from_ = position(0), tip_from_ = position(n_ - 1);
     base_clamp_from_ = base_clamp_, tip_clamp_from_ = tip_clamp_;
-    if (input.base.mode == EndMode::clamped) w_[0] = 0.0;
-    if (input.tip.mode == EndMode::clamped) w_[n_ - 1] = 0.0;
+    if (input.base.mode == RodEndMode::clamped) w_[0] = 0.0;
+    if (input.tip.mode == RodEndMode::clamped) w_[n_ - 1] = 0.0;
     update_guide();
     choose_substeps();
     base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
 }
 
-StepResult CosseratRod::step(const StepInput& input) {
-    if (!acceptable(input)) return StepResult::invalid_input;
+bool CosseratRod::step(const RodStep& input) {
     const auto start = Clock::now();
     times_ = {};
     save(saved_);
@@ -382,7 +279,7 @@ StepResult CosseratRod::step(const StepInput& input) {
         memory_count_ = 0;
         base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
         std::fill(impulse_.begin(), impulse_.end(), Vec3{});
-        return StepResult::recovered;
+        return false;
     }
     remember_contacts();
     publish(h);
@@ -390,7 +287,7 @@ StepResult CosseratRod::step(const StepInput& input) {
     base_force_ = share * base_force_, base_torque_ = share * base_torque_;
     tip_force_ = share * tip_force_, tip_torque_ = share * tip_torque_;
     times_.total = seconds_since(start);
-    return StepResult::ok;
+    return true;
 }
 
 // Whether with `further` times the way since the tick's start a node would be beyond what is allowed.
@@ -495,11 +392,11 @@ Vec3 CosseratRod::angular_velocity(int j) const {
 
 // Half a cell past the last segment's middle the frame has turned by u l / 2, u = rest + moment / K.
 Quat CosseratRod::tip_frame() const {
-    if (now_.tip.mode == EndMode::clamped) return tip_clamp_;
+    if (now_.tip.mode == RodEndMode::clamped) return tip_clamp_;
     const int i = n_ - 1, j = n_ - 2;
     const Quat q = frame(j);
     Vec3 m{};
-    if (now_.tip.mode == EndMode::loaded) m = rotate(conjugate(q), now_.tip.torque);
+    if (now_.tip.mode == RodEndMode::loaded) m = rotate(conjugate(q), now_.tip.torque);
     const double c = 1.0 / per_cell_[i];
     const Vec3 half{c * (rest1_[i] + m.x / k1_[i]), c * (rest2_[i] + m.y / k2_[i]),
                     c * (rest3_[i] + m.z / k3_[i])};
@@ -507,10 +404,10 @@ Quat CosseratRod::tip_frame() const {
 }
 
 Quat CosseratRod::base_frame() const {
-    if (now_.base.mode == EndMode::clamped) return base_clamp_;
+    if (now_.base.mode == RodEndMode::clamped) return base_clamp_;
     const Quat q = frame(0);
     Vec3 m{};
-    if (now_.base.mode == EndMode::loaded) m = rotate(conjugate(q), -now_.base.torque);
+    if (now_.base.mode == RodEndMode::loaded) m = rotate(conjugate(q), -now_.base.torque);
     const double c = 1.0 / per_cell_[0];
     const Vec3 half{c * (rest1_[0] + m.x / k1_[0]), c * (rest2_[0] + m.y / k2_[0]),
                     c * (rest3_[0] + m.z / k3_[0])};
@@ -525,8 +422,8 @@ double CosseratRod::arc_length() const {
     return sum;
 }
 
-Energies CosseratRod::energies() const {
-    Energies e;
+RodEnergies CosseratRod::energies() const {
+    RodEnergies e;
     for (int i = 0; i < n_; ++i) {
         const Vec3 v = velocity(i);
         e.kinetic += 0.5 * mass_[i] * dot(v, v);
@@ -537,9 +434,9 @@ Energies CosseratRod::energies() const {
         e.kinetic += 0.5 * polar_[j] * spin_[j] * spin_[j];
     for (int i = 0; i < n_; ++i) {
         Quat a, b;
-        if (i == 0 && now_.base.mode == EndMode::clamped)
+        if (i == 0 && now_.base.mode == RodEndMode::clamped)
             a = base_clamp_, b = frame(0);
-        else if (i == n_ - 1 && now_.tip.mode == EndMode::clamped)
+        else if (i == n_ - 1 && now_.tip.mode == RodEndMode::clamped)
             a = frame(i - 1), b = tip_clamp_;
         else if (i == 0 || i == n_ - 1)
             continue;

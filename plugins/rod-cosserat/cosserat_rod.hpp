@@ -2,93 +2,16 @@
 #pragma once
 
 #include "contact.hpp"
-#include "frame_math.hpp"
+
+#include <calot/rod_model.hpp>
 
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace calot::rod_cosserat {
-
-/// Properties of each of the N-1 segments, SI units. As an argument of set_properties: an empty one stays as
-/// it is.
-struct SegmentProperties {
-    std::span<const double> mass_per_length; ///< kg/m
-    std::span<const double> radius;          ///< m; the polar inertia is that of a solid section, m r^2 / 2
-    std::span<const double> bending_1;       ///< EI about the frame's first axis, N m^2
-    std::span<const double> bending_2;       ///< EI about the frame's second axis, N m^2
-    std::span<const double> torsion;         ///< GJ, N m^2
-    std::span<const double>
-        bending_damping; ///< s; Kelvin-Voigt time, moment = EI (u - u_rest + time du/dt). Acts up to
-    ///< 5/12 of the substep of the undamped rod, some 40 us at 1 cm spacing: an explicit step bears no more
-    std::span<const double> torsion_damping; ///< s; likewise for twist
-    std::span<const double> drag;     ///< N s/m^2; outer drag per length; spin is slowed at the same rate
-    std::span<const double> friction; ///< factor on the other side's coefficient
-};
-
-struct RodDescription {
-    int nodes = 0;                ///< N, from 3
-    std::vector<double> length;   ///< N-1, m, between neighbouring nodes
-    SegmentProperties properties; ///< all of them; read at construction only
-    int max_contacts = 256;
-    double recovery_speed = 0.2; ///< m/s; the fastest a penetration is pushed out
-    int iterations = 1;          ///< global lengths, then local contacts, this often in each substep
-};
-
-/// What is wrong, as the field's name and a sentence; or null.
-struct Complaint {
-    const char* field;
-    const char* message;
-    std::size_t index;
-};
-
-enum class EndMode {
-    free,    ///< nothing holds it
-    clamped, ///< pose prescribed; moves linearly to `position`, `orientation` within the tick
-    loaded,  ///< force and torque, constant in the world
-    coupled, ///< base only: one-dimensional springs along and about the guide's direction
-};
-
-/// A capped spring-damper on one coordinate, evaluated in every substep and implicitly about the axis.
-struct Coupling {
-    double target = 0.0;   ///< m or rad, at the tick's begin
-    double velocity = 0.0; ///< m/s or rad/s of the target
-    double stiffness = 0.0, damping = 0.0;
-    double cap = 0.0; ///< N or N m
-};
-
-struct End {
-    EndMode mode = EndMode::free;
-    Vec3 position;
-    Quat orientation;
-    Vec3 force, torque;
-    Coupling axial, roll;
-};
-
-/// A straight frictionless sleeve. Material with (x - origin) . direction < 0 lies on its axis.
-struct Guide {
-    bool present = false;
-    Vec3 origin, direction{0, 0, 1};
-};
-
-struct StepInput {
-    double dt = 1e-3;      ///< s, the tick
-    double farthest = 0.0; ///< m; the step ends with the substep in which a node has gone so far; 0: never
-    Vec3 gravity;          ///< m/s^2
-    End base, tip;
-    Guide guide;
-    std::span<const double> rest_darboux; ///< 3(N-1), 1/m; empty: unchanged since the last tick
-    std::span<const Contact> contacts;    ///< at most max_contacts; those beyond are ignored
-};
-
-struct Energies {
-    double kinetic = 0, bending = 0, twist = 0, gravity = 0;
-    double total() const { return kinetic + bending + twist + gravity; }
-};
-
-enum class StepResult { ok, invalid_input, recovered };
 
 /// Where the time of one step went, seconds.
 struct StepTimes {
@@ -100,26 +23,28 @@ struct StepTimes {
 /// allocates nothing.
 class CosseratRod {
   public:
-    /// Throws std::invalid_argument that names the field and what is wrong with it.
-    explicit CosseratRod(const RodDescription& description);
+    static constexpr std::string_view cost_names[] = {"constraints", "contacts"};
+    static constexpr double default_parameters[] = {
+        1, 0.2}; ///< rounds in a substep; m/s, of taking overlap back
 
-    /// Between steps; allocates nothing. A complaint: nothing has changed.
-    std::optional<Complaint> set_properties(const SegmentProperties& properties);
-    /// Intrinsic curvature and twist, 3(N-1) material components, 1/m. False if the size is wrong or not
-    /// finite.
-    bool set_rest_darboux(std::span<const double> darboux);
+    /// `parameters`: as the plugin's table has them. The description is complete and usable.
+    explicit CosseratRod(const RodDescription& description,
+                         std::span<const double> parameters = default_parameters);
+
+    /// Between steps; allocates nothing. Of the right sizes and usable.
+    void set_properties(const RodProperties& properties);
 
     /// The unloaded shape from this pose of the base's cross-section, at rest.
     void reset(Vec3 base, Quat orientation);
     /// Positions (3N) and frames (4(N-1), unit), interleaved, at rest. Frames are turned the least so that
-    /// their third axes are the segments' directions. Throws std::invalid_argument.
+    /// their third axes are the segments' directions.
     void reset_to(std::span<const double> positions, std::span<const double> frames);
     /// Sets the velocities; 3N interleaved, or 3(N-1) for the angular ones, of which the axial part counts.
     void set_velocities(std::span<const double> linear, std::span<const double> angular);
 
-    /// Advances by one tick, or less where `farthest` ends it. invalid_input: nothing changed. recovered: a
-    /// non-finite value appeared, the rod stays where it was, without velocity.
-    StepResult step(const StepInput& input);
+    /// Advances by one step, or less where `farthest` ends it. False: no finite result was found, the rod
+    /// stays where it was, without velocity.
+    bool step(const RodStep& input);
 
     int nodes() const { return n_; }
     int segments() const { return n_ - 1; }
@@ -144,14 +69,14 @@ class CosseratRod {
     Vec3 base_torque() const { return base_torque_; }
     Vec3 tip_force() const { return tip_force_; }
     Vec3 tip_torque() const { return tip_torque_; }
-    /// Axial coordinate of the base in the guide (m) and accumulated roll about it (rad).
-    double base_advance() const { return advance_; }
+    /// Accumulated about the guide, rad.
     double base_roll() const { return roll_; }
-    Energies energies() const;
+    RodEnergies energies() const;
     /// Length along the centreline, m.
     double arc_length() const;
     StepTimes times() const { return times_; }
-    void measure_times(bool on) { timing_ = on; }
+    void measure_costs(bool on) { timing_ = on; }
+    double cost(std::size_t part) const { return part == 0 ? times_.constraints : times_.contacts; }
 
     /// Everything that steers the future, as scalars; the same build resumes to the same bits.
     std::size_t state_size() const;
@@ -162,8 +87,7 @@ class CosseratRod {
   private:
     using Array = std::vector<double>;
 
-    bool acceptable(const StepInput& input) const;
-    void prepare(const StepInput& input);
+    void prepare(const RodStep& input);
     void substep(double h, int index);
     bool is_far_enough(double further) const;
     double worst_growth(double h, double progress) const;
@@ -192,7 +116,7 @@ class CosseratRod {
     static void visit_state(Rod& rod, F f);
 
     // contacts.cpp
-    bool can_touch(const Contact& contact) const;
+    bool can_touch(const RodContact& contact) const;
     void prepare_contacts();
     void begin_contacts(double h, double progress);
     void solve_contacts(double h, double progress);
@@ -221,7 +145,7 @@ class CosseratRod {
     Array lower_, diagonal_, upper_, right_, twist_diagonal_, twist_off_, twist_unit_;
 
     Array rest_darboux_;
-    StepInput now_;
+    RodStep now_;
     Quat base_clamp_, tip_clamp_, base_clamp_from_, tip_clamp_from_;
     Vec3 base_from_, tip_from_;
     double advance_ = 0, roll_ = 0;

@@ -25,6 +25,12 @@ struct Rod {
             friction.assign(m, 1.0);
         description.nodes = nodes;
         description.length.assign(m, length / static_cast<double>(m));
+        description.rest_darboux.assign(3 * m, 0.0);
+        for (int i = 0; i < nodes; ++i)
+            description.position.insert(description.position.end(), {length * i / (nodes - 1), 0, 0});
+        for (std::size_t j = 0; j < m; ++j)
+            description.frame.insert(description.frame.end(), {along_x.w, along_x.x, along_x.y, along_x.z});
+        description.max_contacts = 256;
     }
     CosseratRod make() {
         description.properties = {mass, radius, ei, ei, gj, bending_damping, torsion_damping, drag, friction};
@@ -37,16 +43,16 @@ double settling_damping(double length, double flexural = EI) {
     return 2.0 * 3.516 * std::sqrt(flexural / rhoA) / (length * length);
 }
 
-StepInput clamped(Quat orientation = along_x) {
-    StepInput in;
-    in.base.mode = EndMode::clamped;
+RodStep clamped(Quat orientation = along_x) {
+    RodStep in;
+    in.base.mode = RodEndMode::clamped;
     in.base.orientation = orientation;
     return in;
 }
 
-void run(CosseratRod& rod, const StepInput& in, int ticks) {
+void run(CosseratRod& rod, const RodStep& in, int ticks) {
     for (int k = 0; k < ticks; ++k)
-        ASSERT_EQ(rod.step(in), StepResult::ok) << "at tick " << k;
+        ASSERT_TRUE(rod.step(in)) << "at tick " << k;
 }
 
 struct Shape {
@@ -104,16 +110,15 @@ TEST(CosseratRod, a_straight_rod_without_load_stays_where_it_is) {
 }
 
 TEST(CosseratRod, a_rod_curved_and_twisted_by_nature_stays_where_it_is) {
-    CosseratRod rod = Rod(60).make();
-    std::vector<double> rest;
-    for (int j = 0; j < rod.segments(); ++j)
-        rest.insert(rest.end(), {12.0, -3.0, 5.0});
-    ASSERT_TRUE(rod.set_rest_darboux(rest));
+    Rod spec(60);
+    for (std::size_t j = 0; j < spec.description.rest_darboux.size(); j += 3)
+        store(Vec3{12.0, -3.0, 5.0}, &spec.description.rest_darboux[j]);
+    CosseratRod rod = spec.make();
     rod.reset({}, along_x);
     std::vector<Vec3> start;
     for (int i = 0; i < rod.nodes(); ++i)
         start.push_back(rod.position(i));
-    StepInput in = clamped();
+    RodStep in = clamped();
     run(rod, in, 1000);
     for (int i = 0; i < rod.nodes(); ++i)
         EXPECT_LT(norm(rod.position(i) - start[i]), 1e-9 * L) << "node " << i;
@@ -123,8 +128,8 @@ TEST(CosseratRod, a_cantilever_bends_as_the_elastica_for_a_small_load) {
     Rod spec(50, L, settling_damping(L));
     CosseratRod rod = spec.make();
     rod.reset({}, along_x);
-    StepInput in = clamped();
-    in.tip.mode = EndMode::loaded;
+    RodStep in = clamped();
+    in.tip.mode = RodEndMode::loaded;
     in.tip.force = {0, 0.2 * EI / (L * L), 0};
     run(rod, in, 8000);
     const double expected = shoot(0.2, 0).drop, got = rod.position(49).y;
@@ -136,8 +141,8 @@ TEST(CosseratRod, an_elastica_bends_as_shooting_says) {
         Rod spec(100, L, settling_damping(L) * (alpha > 5 ? 2 : 1));
         CosseratRod rod = spec.make();
         rod.reset({}, along_x);
-        StepInput in = clamped();
-        in.tip.mode = EndMode::loaded;
+        RodStep in = clamped();
+        in.tip.mode = RodEndMode::loaded;
         in.tip.force = {0, alpha * EI / (L * L), 0};
         run(rod, in, 8000);
         const Shape expected = shoot(alpha, 0);
@@ -151,7 +156,7 @@ TEST(CosseratRod, a_heavy_rod_hangs_as_shooting_says) {
     Rod spec(60, L, settling_damping(L));
     CosseratRod rod = spec.make();
     rod.reset({}, along_x);
-    StepInput in = clamped();
+    RodStep in = clamped();
     in.gravity = {0, 5 * EI / (L * L * L) / rhoA, 0};
     run(rod, in, 8000);
     const Shape expected = shoot(0, 5);
@@ -170,8 +175,8 @@ TEST(CosseratRod, an_end_moment_bends_it_into_a_circle) {
     Rod spec(100, L, settling_damping(L));
     CosseratRod rod = spec.make();
     rod.reset({}, along_x);
-    StepInput in = clamped();
-    in.tip.mode = EndMode::loaded;
+    RodStep in = clamped();
+    in.tip.mode = RodEndMode::loaded;
     in.tip.torque = {0, 0, 2 * pi * EI / L};
     run(rod, in, 8000);
     EXPECT_LT(norm(rod.position(99) - rod.position(0)), 0.01 * L);
@@ -181,8 +186,8 @@ TEST(CosseratRod, an_end_torque_twists_it_by_length_over_stiffness) {
     Rod spec(20, L, 50.0);
     CosseratRod rod = spec.make();
     rod.reset({}, {});
-    StepInput in = clamped({});
-    in.tip.mode = EndMode::loaded;
+    RodStep in = clamped({});
+    in.tip.mode = RodEndMode::loaded;
     in.tip.torque = {0, 0, 0.2};
     run(rod, in, 1000);
     const Quat q = rod.tip_frame();
@@ -196,12 +201,12 @@ TEST(CosseratRod, turning_the_whole_scene_turns_the_result) {
     const auto swing = [&](Quat scene) {
         CosseratRod rod = Rod(40, L, 1.0).make();
         rod.reset({}, scene * along_x);
-        StepInput in = clamped(scene * along_x);
+        RodStep in = clamped(scene * along_x);
         in.gravity = rotate(scene, {0, 9.81, 0});
-        in.tip.mode = EndMode::loaded;
+        in.tip.mode = RodEndMode::loaded;
         in.tip.torque = rotate(scene, {0.05, 0.02, 0.03});
         for (int k = 0; k < 300; ++k)
-            EXPECT_EQ(rod.step(in), StepResult::ok);
+            EXPECT_TRUE(rod.step(in));
         return rod;
     };
     const CosseratRod plain = swing({}), turned = swing(turn);
@@ -214,13 +219,13 @@ TEST(CosseratRod, free_vibration_gains_no_energy) {
     Rod spec(50);
     CosseratRod rod = spec.make();
     rod.reset({}, along_x);
-    StepInput in = clamped();
+    RodStep in = clamped();
     in.gravity = {0, 9.81, 0};
-    ASSERT_EQ(rod.step(in), StepResult::ok);
+    ASSERT_TRUE(rod.step(in));
     const double start = rod.energies().total();
     double swing = 0.0, highest = start;
     for (int k = 0; k < 3000; ++k) {
-        ASSERT_EQ(rod.step(in), StepResult::ok);
+        ASSERT_TRUE(rod.step(in));
         swing = std::max(swing, rod.energies().kinetic);
         highest = std::max(highest, rod.energies().total());
     }
@@ -238,7 +243,7 @@ TEST(CosseratRod, bending_damping_costs_half_as_many_substeps_again_at_most) {
         spec.bending_damping.assign(99, damping[k]);
         CosseratRod rod = spec.make();
         rod.reset({}, along_x);
-        StepInput in = clamped();
+        RodStep in = clamped();
         in.gravity = {0, 9.81, 0};
         run(rod, in, 500);
         substeps[k] = rod.substeps();
@@ -252,13 +257,13 @@ TEST(CosseratRod, bending_damping_costs_half_as_many_substeps_again_at_most) {
 
 // A tube round the straight line from `a` on along `axis`, as contacts: the nearest wall for each segment's
 // far node.
-std::vector<Contact> in_a_tube(const CosseratRod& rod, Vec3 a, Vec3 axis, double radius, double r,
-                               double friction) {
-    std::vector<Contact> list;
+std::vector<RodContact> in_a_tube(const CosseratRod& rod, Vec3 a, Vec3 axis, double radius, double r,
+                                  double friction) {
+    std::vector<RodContact> list;
     for (int i = 1; i < rod.nodes(); ++i) {
         const Vec3 p = rod.position(i), d = p - a, off = d - dot(d, axis) * axis;
         if (dot(d, axis) < 0 || norm(off) < 1e-12) continue;
-        Contact c;
+        RodContact c;
         c.segment = i - 1, c.along = 1.0, c.centre = p, c.friction = friction,
         c.id = static_cast<std::uint64_t>(i);
         c.normal = (-1.0 / norm(off)) * off;
@@ -268,8 +273,8 @@ std::vector<Contact> in_a_tube(const CosseratRod& rod, Vec3 a, Vec3 axis, double
     return list;
 }
 
-Contact plane(const CosseratRod& rod, int node, Vec3 normal, double height, double r, double friction) {
-    Contact c;
+RodContact plane(const CosseratRod& rod, int node, Vec3 normal, double height, double r, double friction) {
+    RodContact c;
     c.segment = std::max(node - 1, 0), c.along = node > 0 ? 1.0 : 0.0, c.centre = rod.position(node),
     c.friction = friction;
     c.id = static_cast<std::uint64_t>(node) + 1, c.normal = normal;
@@ -283,9 +288,9 @@ TEST(CosseratRod, pressed_against_a_wall_it_does_not_shorten) {
     spec.bending_damping.assign(99, 2e-5);
     CosseratRod rod = spec.make();
     rod.reset({-0.4, 0.001, 0}, along_x);
-    StepInput in;
+    RodStep in;
     in.guide = {true, {}, {1, 0, 0}};
-    in.base.mode = EndMode::coupled;
+    in.base.mode = RodEndMode::coupled;
     in.base.axial = {-0.4, 0.3, 5000, 100, 50};
     in.base.roll = {0, 0, 10, 0.1, 1};
     double worst = 0.0;
@@ -294,7 +299,7 @@ TEST(CosseratRod, pressed_against_a_wall_it_does_not_shorten) {
         contacts.push_back(plane(rod, 99, {-1, 0, 0}, -0.7, 0.0063, 0.1));
         contacts.back().id = 1000;
         in.contacts = contacts;
-        ASSERT_EQ(rod.step(in), StepResult::ok);
+        ASSERT_TRUE(rod.step(in));
         in.base.axial.target = std::min(in.base.axial.target + 0.3e-3, 0.5);
         worst = std::max(worst, L - rod.arc_length());
     }
@@ -307,13 +312,13 @@ TEST(CosseratRod, the_base_carries_weight_and_contact_forces_at_rest) {
     Rod spec(60, 0.5, 10.0);
     CosseratRod rod = spec.make();
     rod.reset({}, along_x);
-    StepInput in = clamped();
+    RodStep in = clamped();
     in.gravity = {0, 9.81, 0};
     Vec3 contact{};
     for (int k = 0; k < 3000; ++k) {
-        std::vector<Contact> contacts{plane(rod, 59, {0, -1, 0}, -0.05, 0.0063, 0.3)};
+        std::vector<RodContact> contacts{plane(rod, 59, {0, -1, 0}, -0.05, 0.0063, 0.3)};
         in.contacts = contacts;
-        ASSERT_EQ(rod.step(in), StepResult::ok);
+        ASSERT_TRUE(rod.step(in));
         contact = (1 / in.dt) * rod.contact_impulses()[0];
     }
     const double weight = rhoA * 0.5 * 9.81;
@@ -326,14 +331,14 @@ TEST(CosseratRod, friction_holds_below_the_coulomb_limit_and_slides_above) {
         Rod spec(20, 0.2, 0.0);
         CosseratRod rod = spec.make();
         rod.reset({0, 0, 0}, along_x);
-        StepInput in;
+        RodStep in;
         in.gravity = {9.81 * slope, 9.81, 0}; // the floor at y = r, its friction 0.3
         for (int k = 0; k < 1000; ++k) {
-            std::vector<Contact> contacts;
+            std::vector<RodContact> contacts;
             for (int i = 0; i < 20; ++i)
                 contacts.push_back(plane(rod, i, {0, -1, 0}, -0.0063, 0.0063, 0.3));
             in.contacts = contacts;
-            ASSERT_EQ(rod.step(in), StepResult::ok);
+            ASSERT_TRUE(rod.step(in));
         }
         const double slid = rod.position(0).x, free = 0.5 * 9.81 * (slope - 0.3);
         if (slope < 0.3)
@@ -347,19 +352,19 @@ TEST(CosseratRod, a_rod_rolling_against_a_wall_feels_a_torque) {
     Rod spec(20, 0.2, 0.0);
     CosseratRod rod = spec.make();
     rod.reset({-0.1, 0, 0}, along_x);
-    StepInput in;
+    RodStep in;
     in.gravity = {0, 9.81, 0};
     in.guide = {true, {}, {1, 0, 0}};
-    in.base.mode = EndMode::coupled;
+    in.base.mode = RodEndMode::coupled;
     in.base.axial = {-0.1, 0, 5000, 100, 50};
     in.base.roll = {0, 2 * pi, 10, 0.1, 1};
     double torque = 0.0, normal = 0.0;
     for (int k = 0; k < 500; ++k) {
-        std::vector<Contact> contacts;
+        std::vector<RodContact> contacts;
         for (int i = 12; i < 20; ++i)
             contacts.push_back(plane(rod, i, {0, -1, 0}, -0.0063, 0.0063, 0.3));
         in.contacts = contacts;
-        ASSERT_EQ(rod.step(in), StepResult::ok);
+        ASSERT_TRUE(rod.step(in));
         in.base.roll.target += 2 * pi * in.dt;
         if (k < 400) continue;
         torque += rod.base_torque().x / 100;
@@ -375,10 +380,10 @@ TEST(CosseratRod, device_limits_against_contacts_stay_finite_and_bounded) {
     Rod spec(100);
     CosseratRod rod = spec.make();
     rod.reset({-0.6, 0.002, 0.001}, along_x);
-    StepInput in;
+    RodStep in;
     in.gravity = {0, 9.81, 0};
     in.guide = {true, {}, {1, 0, 0}};
-    in.base.mode = EndMode::coupled;
+    in.base.mode = RodEndMode::coupled;
     in.base.axial = {-0.6, 0, 10000, 200, 50};
     in.base.roll = {0, 0, 50, 1, 1};
     std::vector<double> rest(3 * 99, 0.0);
@@ -392,7 +397,7 @@ TEST(CosseratRod, device_limits_against_contacts_stay_finite_and_bounded) {
         contacts.push_back(plane(rod, 99, {-1, 0, 0}, -0.45, 0.0063, 0.3));
         contacts.back().id = 1000;
         in.contacts = contacts;
-        ASSERT_EQ(rod.step(in), StepResult::ok) << "at tick " << k;
+        ASSERT_TRUE(rod.step(in)) << "at tick " << k;
         in.base.axial.target += push * in.dt, in.base.roll.target += turn * in.dt;
         for (int i = 0; i < 100; ++i) {
             const Vec3 p = rod.position(i);
@@ -403,20 +408,21 @@ TEST(CosseratRod, device_limits_against_contacts_stay_finite_and_bounded) {
     EXPECT_LT(std::fabs(rod.arc_length() - L), 0.001 * L);
 }
 
-TEST(CosseratRod, a_step_with_a_value_that_is_not_finite_changes_nothing) {
+TEST(CosseratRod, a_step_that_overflows_leaves_it_where_it_was_and_at_rest) {
     CosseratRod rod = Rod(20).make();
-    std::vector<double> before(rod.state_size()), after(rod.state_size());
-    StepInput in = clamped();
-    run(rod, in, 3);
-    rod.save(before);
+    RodStep in = clamped();
+    in.gravity = {0, 9.81, 0};
+    run(rod, in, 10);
+    const Vec3 tip = rod.position(19);
+    ASSERT_GT(norm(rod.velocity(19)), 0.0);
     in.gravity.y = std::nan("");
-    EXPECT_EQ(rod.step(in), StepResult::invalid_input);
-    rod.save(after);
-    EXPECT_EQ(before, after);
+    EXPECT_FALSE(rod.step(in));
+    EXPECT_EQ(rod.position(19), tip);
+    EXPECT_EQ(rod.velocity(19), Vec3{});
 }
 
 TEST(CosseratRod, a_saved_state_resumes_to_the_same_bits) {
-    const auto scene = [](CosseratRod& rod, StepInput& in, std::vector<Contact>& contacts) {
+    const auto scene = [](CosseratRod& rod, RodStep& in, std::vector<RodContact>& contacts) {
         contacts = in_a_tube(rod, {}, {1, 0, 0}, 0.012, 0.0063, 0.3);
         in.contacts = contacts;
     };
@@ -424,13 +430,13 @@ TEST(CosseratRod, a_saved_state_resumes_to_the_same_bits) {
     spec.bending_damping.assign(59, 3e-5);
     CosseratRod first = spec.make(), second = spec.make();
     first.reset({-0.2, 0.001, 0}, along_x);
-    StepInput in;
+    RodStep in;
     in.gravity = {0, 9.81, 1};
     in.guide = {true, {}, {1, 0, 0}};
-    in.base.mode = EndMode::coupled;
+    in.base.mode = RodEndMode::coupled;
     in.base.axial = {-0.2, 0.1, 5000, 100, 50};
     in.base.roll = {0, 1, 10, 0.1, 1};
-    std::vector<Contact> contacts;
+    std::vector<RodContact> contacts;
     for (int k = 0; k < 200; ++k)
         scene(first, in, contacts), first.step(in);
     std::vector<double> a(first.state_size()), b(first.state_size());
@@ -446,17 +452,6 @@ TEST(CosseratRod, a_saved_state_resumes_to_the_same_bits) {
     EXPECT_FALSE(second.load(a));
     a.pop_back();
     EXPECT_FALSE(second.load(a));
-}
-
-TEST(CosseratRod, bad_properties_are_named) {
-    Rod spec(20);
-    spec.ei[3] = -1;
-    try {
-        spec.make();
-        FAIL() << "a negative stiffness was accepted";
-    } catch (const std::invalid_argument& e) {
-        EXPECT_NE(std::string(e.what()).find("segments.bending_x[3]"), std::string::npos) << e.what();
-    }
 }
 
 } // namespace

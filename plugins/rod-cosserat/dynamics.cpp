@@ -17,7 +17,7 @@ constexpr int most_solves = 4;
 // An endoscope bent to 25 mm at its mouth pushes itself out with about as much.
 constexpr double sleeve_limit = 30.0; // N
 
-double clamped_force(const Coupling& c, double target, double at, double rate, double cap) {
+double clamped_force(const RodCoupling& c, double target, double at, double rate, double cap) {
     return std::clamp(c.stiffness * (target - at) + c.damping * (c.velocity - rate), -cap, cap);
 }
 
@@ -128,14 +128,14 @@ void CosseratRod::elastic_forces(double h, bool advance) {
     joint_moments(h, advance);
     const int last = n_ - 1;
     const auto put = [&](int i, Vec3 g) { gx_[i] = g.x, gy_[i] = g.y, gz_[i] = g.z; };
-    if (now_.base.mode == EndMode::clamped)
+    if (now_.base.mode == RodEndMode::clamped)
         put(0, joint_moment(0, base_clamp_, frame(0)));
     else
-        put(0, now_.base.mode == EndMode::loaded ? -now_.base.torque : Vec3{});
-    if (now_.tip.mode == EndMode::clamped)
+        put(0, now_.base.mode == RodEndMode::loaded ? -now_.base.torque : Vec3{});
+    if (now_.tip.mode == RodEndMode::clamped)
         put(last, joint_moment(last, frame(last - 1), tip_clamp_));
     else
-        put(last, now_.tip.mode == EndMode::loaded ? now_.tip.torque : Vec3{});
+        put(last, now_.tip.mode == RodEndMode::loaded ? now_.tip.torque : Vec3{});
 
     const double *gx = gx_.data(), *gy = gy_.data(), *gz = gz_.data(), *inverse = inverse_length_.data();
     const double *tx = tx_.data() + 1, *ty = ty_.data() + 1, *tz = tz_.data() + 1;
@@ -159,8 +159,8 @@ void CosseratRod::elastic_forces(double h, bool advance) {
         fz[i] = bz[i] - bz[i + 1] + m[i] * wz;
     }
     const auto push = [&](int i, Vec3 f) { fx_[i] += f.x, fy_[i] += f.y, fz_[i] += f.z; };
-    if (now_.base.mode == EndMode::loaded) push(0, now_.base.force);
-    if (now_.tip.mode == EndMode::loaded) push(last, now_.tip.force);
+    if (now_.base.mode == RodEndMode::loaded) push(0, now_.base.force);
+    if (now_.tip.mode == RodEndMode::loaded) push(last, now_.tip.force);
     if (on_axis_ == 0) return;
 
     // What lies in the sleeve is held there: it has no weight. A bent rod pushes itself out of a sleeve with
@@ -189,33 +189,33 @@ void CosseratRod::kick(double h, double fraction, double progress) {
         vy[i] = (vy[i] + a * fy[i]) * slow[i];
         vz[i] = (vz[i] + a * fz[i]) * slow[i];
     }
-    if (now_.base.mode == EndMode::coupled) {
+    if (now_.base.mode == RodEndMode::coupled) {
         const Vec3 d = now_.guide.direction;
-        const Coupling& c = now_.base.axial;
+        const RodCoupling& c = now_.base.axial;
         const double target = c.target + c.velocity * now_.dt * progress;
         const double at = dot(position(0) - now_.guide.origin, d), rate = dot({vx_[0], vy_[0], vz_[0]}, d);
         const double force = clamped_force(c, target, at, rate, c.cap), dv = s * w_[0] * force;
         vx_[0] += dv * d.x, vy_[0] += dv * d.y, vz_[0] += dv * d.z;
         base_force_ += force * d;
-    } else if (now_.base.mode == EndMode::loaded) {
+    } else if (now_.base.mode == RodEndMode::loaded) {
         base_force_ += now_.base.force;
         base_torque_ += now_.base.torque;
-    } else if (now_.base.mode == EndMode::clamped) {
+    } else if (now_.base.mode == RodEndMode::clamped) {
         base_force_ += -Vec3{fx_[0], fy_[0], fz_[0]};
         base_torque_ += -Vec3{gx_[0], gy_[0], gz_[0]};
     }
     const int k = n_ - 1;
-    if (now_.tip.mode == EndMode::loaded) {
+    if (now_.tip.mode == RodEndMode::loaded) {
         tip_force_ += now_.tip.force;
         tip_torque_ += now_.tip.torque;
-    } else if (now_.tip.mode == EndMode::clamped) {
+    } else if (now_.tip.mode == RodEndMode::clamped) {
         tip_force_ += -Vec3{fx_[k], fy_[k], fz_[k]};
         tip_torque_ += Vec3{gx_[k], gy_[k], gz_[k]};
     }
 }
 
 void CosseratRod::hold_end(bool base, double progress) {
-    const End& end = base ? now_.base : now_.tip;
+    const RodEnd& end = base ? now_.base : now_.tip;
     const int i = base ? 0 : n_ - 1;
     (base ? base_clamp_ : tip_clamp_) =
         blend(base ? base_clamp_from_ : tip_clamp_from_, end.orientation, progress);
@@ -241,8 +241,8 @@ void CosseratRod::drift(double h, double progress) {
 #pragma GCC ivdep
     for (int i = 0; i < n_; ++i)
         x[i] += h * vx[i], y[i] += h * vy[i], z[i] += h * vz[i];
-    if (now_.base.mode == EndMode::clamped) hold_end(true, progress);
-    if (now_.tip.mode == EndMode::clamped) hold_end(false, progress);
+    if (now_.base.mode == RodEndMode::clamped) hold_end(true, progress);
+    if (now_.tip.mode == RodEndMode::clamped) hold_end(false, progress);
     hold_to_axis();
 }
 
@@ -290,8 +290,9 @@ double CosseratRod::solve_lengths(double h) {
     }
     if (on_axis_ > 0) hold_to_axis();
     const double force = per_h * per_h;
-    if (now_.base.mode == EndMode::clamped) base_force_ += -(force * lambda[1]) * Vec3{tx[1], ty[1], tz[1]};
-    if (now_.tip.mode == EndMode::clamped) tip_force_ += (force * lambda[m]) * Vec3{tx[m], ty[m], tz[m]};
+    if (now_.base.mode == RodEndMode::clamped)
+        base_force_ += -(force * lambda[1]) * Vec3{tx[1], ty[1], tz[1]};
+    if (now_.tip.mode == RodEndMode::clamped) tip_force_ += (force * lambda[m]) * Vec3{tx[m], ty[m], tz[m]};
     return worst;
 }
 
@@ -306,8 +307,8 @@ void CosseratRod::project_lengths(double h) {
 void CosseratRod::factor_twist(double h) {
     const int m = n_ - 1;
     const auto stiffness = [&](int i) {
-        if (i == 0 && now_.base.mode != EndMode::clamped) return 0.0;
-        if (i == n_ - 1 && now_.tip.mode != EndMode::clamped) return 0.0;
+        if (i == 0 && now_.base.mode != RodEndMode::clamped) return 0.0;
+        if (i == n_ - 1 && now_.tip.mode != RodEndMode::clamped) return 0.0;
         return (h * h + h * twist_viscosity_[i]) * 0.5 * k3_[i] * per_twist_cell_[i];
     };
     for (int j = 0; j < m; ++j) {
@@ -315,7 +316,7 @@ void CosseratRod::factor_twist(double h) {
         twist_off_[j] = j + 1 < m ? -stiffness(j + 1) : 0.0;
     }
     lapack::factor_symmetric(m, twist_diagonal_.data(), twist_off_.data());
-    if (now_.base.mode != EndMode::coupled) return;
+    if (now_.base.mode != RodEndMode::coupled) return;
     std::fill(twist_unit_.begin(), twist_unit_.end(), 0.0);
     twist_unit_[0] = 1.0;
     lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), twist_unit_.data());
@@ -329,10 +330,10 @@ void CosseratRod::twist(double h, double progress) {
     for (int j = 0; j < m; ++j)
         spin[j] = polar[j] * spin[j] + h * torque[j];
     lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), spin);
-    if (now_.base.mode == EndMode::coupled) {
+    if (now_.base.mode == RodEndMode::coupled) {
         // The coupling's torque at the substep's end, T = k (target - roll - h s) + c (velocity - s) with
         // s = spin + h T unit, solved for T.
-        const Coupling& c = now_.base.roll;
+        const RodCoupling& c = now_.base.roll;
         const double target = c.target + c.velocity * now_.dt * progress;
         const double k = c.stiffness * h + c.damping;
         const double free = c.stiffness * (target - roll_ - h * spin[0]) + c.damping * (c.velocity - spin[0]);

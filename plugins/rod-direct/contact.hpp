@@ -1,30 +1,12 @@
-// What the rod is told about a contact, and what it keeps of it.
+// What the rod makes of a contact, and what it keeps of it.
 #pragma once
 
 #include "frame_math.hpp"
 #include "lanes.hpp"
 
-#include <array>
 #include <cstdint>
 
 namespace calot::rod_direct {
-
-/// One point where the rod's surface touches, or nearly touches, something. Geometry is of the query's pose.
-struct Contact {
-    std::int32_t segment = 0; ///< of the rod
-    double along = 0.0;       ///< 0 at the segment's base-side node, 1 at the other
-    Vec3 normal;              ///< unit, from the other side to the rod
-    double gap = 0.0;         ///< m, between the surfaces; negative when they overlap
-    Vec3 centre;           ///< m, the rod's centreline point at the query; in self-contact from the other's
-    double friction = 0.0; ///< Coulomb coefficient of the other side
-    Vec3 motion;           ///< m, displacement of the other side's surface, were there no contact,
-                           ///< from the query to the tick's end
-    std::array<double, 9> compliance{}; ///< m/N, row by row: displacement of the other side at the tick's end
-                                        ///< for a force held over the tick; zero if rigid
-    std::uint64_t id = 0; ///< the same as long as the contact lasts; carries stick from tick to tick
-    std::int32_t other_segment = -1; ///< of the rod itself, in self-contact
-    double other_along = 0.0;
-};
 
 /// Prepared for one tick.
 struct ContactRow {

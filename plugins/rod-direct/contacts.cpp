@@ -59,7 +59,7 @@ Vec3 DirectRod::point(int j, double along) const {
 // From the segment's near node to a point of its centreline at the present iterate.
 Vec3 DirectRod::arm(int j, double along) const {
     const double t = near_node(j) == j ? along : along - 1.0;
-    return (t * length_[at(j)]) * third_axis(frame(j));
+    return (t * length_[at(j)]) * axis_z(frame(j));
 }
 
 // Of a surface point, at the solution.
@@ -88,7 +88,7 @@ void DirectRod::prepare_contacts() {
     contact_count_ = std::min(now_.contacts.size(), impulse_.size());
     row_count_ = 0;
     for (std::size_t k = 0; k < contact_count_; ++k) {
-        const Contact& c = now_.contacts[k];
+        const RodContact& c = now_.contacts[k];
         impulse_[k] = {};
         // What lies in the sleeve is not in the patient.
         if (c.segment + 1 < on_axis_) continue;
@@ -118,13 +118,13 @@ void DirectRod::prepare_contacts() {
             between -= r.other_start;
             r.give += other_give(r), r.give_across += other_give(r);
         }
-        const Vec3 axis = third_axis(frame(c.segment));
+        const Vec3 axis = axis_z(frame(c.segment));
         r.across = normalized(cross(r.normal, axis), {});
         const auto lever = [&](double radius, const Vec3& t) {
             return dot(t, cross(radius * r.normal, r.across)) * t;
         };
         r.lever = lever(-radius_[at(c.segment)], axis);
-        if (r.other >= 0) r.other_lever = lever(radius_[at(r.other)], third_axis(frame(r.other)));
+        if (r.other >= 0) r.other_lever = lever(radius_[at(r.other)], axis_z(frame(r.other)));
         const double before = r.gap + dot(r.normal, between - r.centre);
         if (before < 0.0)
             r.bound =
@@ -271,7 +271,7 @@ void DirectRod::complete_system() {
         for (int i = 0; i < n_; ++i)
             f[i] = w[i] * b[i];
     }
-    if (now_.tip.mode == EndMode::clamped) set_node(free_, m_, tip_place_ - position(m_));
+    if (now_.tip.mode == RodEndMode::clamped) set_node(free_, m_, tip_place_ - position(m_));
     add_coupling();
 
     const int mouth = on_axis_ > 0 && on_axis_ < n_ ? on_axis_ - 1 : -1;
@@ -360,7 +360,7 @@ void DirectRod::complete_system() {
 // Nodes' displacements of the solution: the base's by its own balance, then segment by segment.
 void DirectRod::displace() {
     Vec3 p{};
-    if (now_.base.mode != EndMode::clamped) {
+    if (now_.base.mode != RodEndMode::clamped) {
         const Vec3 n = row(solver_.n, 0);
         p = row(free_, 0);
         const int slot = touched_slot_[0];
@@ -444,7 +444,7 @@ double DirectRod::way_energy() const {
     };
     for (int i = 0; i < n_; ++i) {
         const Vec3 p = way(moved_, taken_moved_, i);
-        const bool is_base = i == 0 && now_.base.mode == EndMode::coupled;
+        const bool is_base = i == 0 && now_.base.mode == RodEndMode::coupled;
         sum += (is_base ? 1.0 / solver_.w[0] : inertia_[at(i)]) * dot(p, p);
     }
     Vec3 last{};

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <stdexcept>
 
 namespace calot::rod_direct {
 
@@ -41,41 +40,12 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-struct Property {
-    const char* name;
-    std::span<const double> SegmentProperties::*values;
-    bool positive;
-};
-
-constexpr Property properties[] = {
-    {"segments.mass_per_length", &SegmentProperties::mass_per_length, true},
-    {"segments.radius", &SegmentProperties::radius, true},
-    {"segments.bending_x", &SegmentProperties::bending_1, true},
-    {"segments.bending_y", &SegmentProperties::bending_2, true},
-    {"segments.torsion", &SegmentProperties::torsion, true},
-    {"segments.bending_damping", &SegmentProperties::bending_damping, false},
-    {"segments.torsion_damping", &SegmentProperties::torsion_damping, false},
-    {"segments.drag", &SegmentProperties::drag, false},
-    {"segments.friction", &SegmentProperties::friction, false},
-};
-
-void require(bool holds, const char* field, const char* what) {
-    if (!holds) throw std::invalid_argument(std::string(field) + ": " + what);
-}
-
 } // namespace
 
-DirectRod::DirectRod(const RodDescription& d)
-    : n_(d.nodes), m_(d.nodes - 1), recovery_speed_(d.recovery_speed), solver_(std::max(d.nodes - 1, 2)) {
-    require(d.nodes >= 3 && d.nodes <= 100000, "nodes", "must be from 3 to 100000");
-    require(d.max_contacts >= 0, "max_contacts", "must not be negative");
-    require(std::isfinite(d.recovery_speed) && d.recovery_speed > 0, "recovery_speed", "must be positive");
+DirectRod::DirectRod(const RodDescription& d, std::span<const double> parameters)
+    : n_(d.nodes), m_(d.nodes - 1), recovery_speed_(parameters[0]), rest_darboux_(d.rest_darboux),
+      solver_(d.nodes - 1) {
     const auto n = at(n_), m = at(m_);
-    require(d.length.size() == m, "length", "needs one value for each segment");
-    for (double l : d.length)
-        require(l > 1e-9 && l < 1e6, "length", "must be positive and finite");
-    for (const Property& p : properties)
-        require((d.properties.*p.values).size() == m, p.name, "needs one value for each segment");
     for (auto* group :
          {x_, v_, x0_, b_, free_, moved_, taken_moved_, k_, rest_, viscosity_, kv_, offset_, moment_})
         for (int i = 0; i < 3; ++i)
@@ -94,7 +64,6 @@ DirectRod::DirectRod(const RodDescription& d)
     for (Array* a : {&mass_per_length_, &radius_, &bending_1_, &bending_2_, &torsion_, &bending_damping_,
                      &torsion_damping_, &drag_, &friction_})
         a->assign(m, 1.0);
-    rest_darboux_.assign(3 * m, 0.0);
     touched_.resize(m);
     touched_slot_.assign(m, -1);
     const auto contacts = at(d.max_contacts);
@@ -102,34 +71,19 @@ DirectRod::DirectRod(const RodDescription& d)
     impulse_.resize(contacts);
     memory_.resize(contacts);
     length_ = d.length;
-    if (const auto wrong = set_properties(d.properties))
-        throw std::invalid_argument(std::string(wrong->field) + "[" + std::to_string(wrong->index) +
-                                    "]: " + wrong->message);
+    set_properties(d.properties);
     saved_.resize(state_size());
+    reset_to(d.position, d.frame);
 }
 
-std::optional<Complaint> DirectRod::set_properties(const SegmentProperties& given) {
-    const auto m = at(m_);
-    for (const Property& p : properties) {
-        const std::span<const double> values = given.*p.values;
-        if (!values.empty() && values.size() != m)
-            return Complaint{p.name, "needs one value for each segment", values.size()};
-        for (std::size_t j = 0; j < values.size(); ++j)
-            if (!(values[j] < 1e12 && (p.positive ? values[j] > 1e-15 : values[j] >= 0.0)))
-                return Complaint{
-                    p.name, p.positive ? "must be positive and finite" : "must be finite and not negative",
-                    j};
-    }
-    const auto set = [](Array& to, std::span<const double> from) {
-        std::copy(from.begin(), from.end(), to.begin());
-    };
-    set(mass_per_length_, given.mass_per_length), set(radius_, given.radius);
-    set(bending_1_, given.bending_1), set(bending_2_, given.bending_2), set(torsion_, given.torsion);
-    set(bending_damping_, given.bending_damping), set(torsion_damping_, given.torsion_damping);
-    set(drag_, given.drag), set(friction_, given.friction);
+void DirectRod::set_properties(const RodProperties& given) {
+    mass_per_length_ = given.mass_per_length, radius_ = given.radius;
+    bending_1_ = given.bending_x, bending_2_ = given.bending_y, torsion_ = given.torsion;
+    bending_damping_ = given.bending_damping, torsion_damping_ = given.torsion_damping;
+    drag_ = given.drag, friction_ = given.friction;
     std::fill(mass_.begin(), mass_.end(), 0.0);
     std::fill(node_drag_.begin(), node_drag_.end(), 0.0);
-    for (std::size_t j = 0; j < m; ++j) {
+    for (std::size_t j = 0; j < at(m_); ++j) {
         const double l = length_[j], mass = l * mass_per_length_[j];
         for (std::size_t i : {j, j + 1})
             mass_[i] += 0.5 * mass, node_drag_[i] += 0.5 * l * drag_[j];
@@ -137,16 +91,6 @@ std::optional<Complaint> DirectRod::set_properties(const SegmentProperties& give
         polar_[j] = 0.5 * mass * radius_[j] * radius_[j];
     }
     update_joints();
-    return std::nullopt;
-}
-
-bool DirectRod::set_rest_darboux(std::span<const double> darboux) {
-    if (darboux.size() != rest_darboux_.size()) return false;
-    for (double u : darboux)
-        if (!(std::fabs(u) < 1e9)) return false;
-    std::copy(darboux.begin(), darboux.end(), rest_darboux_.begin());
-    update_joints();
-    return true;
 }
 
 void DirectRod::set_frame(int slot, const Quat& q) {
@@ -154,18 +98,12 @@ void DirectRod::set_frame(int slot, const Quat& q) {
 }
 
 void DirectRod::reset_to(std::span<const double> p, std::span<const double> frames) {
-    require(p.size() == 3 * at(n_), "position", "needs three values for each node");
-    require(frames.size() == 4 * at(m_), "frame", "needs four values for each segment");
-    for (double v : p)
-        require(std::fabs(v) < 1e6, "position", "must be finite");
     set_node(x_, 0, vec3(p.data()));
     for (int j = 0; j < m_; ++j) {
         const Vec3 e = vec3(&p[3 * at(j) + 3]) - vec3(&p[3 * at(j)]);
-        require(norm(e) > 0.0, "position", "neighbouring nodes coincide");
         const Quat given = quat(&frames[4 * at(j)]);
-        require(std::fabs(norm(given) - 1.0) < 1e-3, "frame", "must be unit quaternions");
         const Quat unit = normalized(given);
-        set_frame(j + 1, normalized(between(third_axis(unit), normalized(e)) * unit));
+        set_frame(j + 1, normalized(between(axis_z(unit), normalized(e)) * unit));
     }
     lay_out();
     come_to_rest();
@@ -186,41 +124,6 @@ void DirectRod::come_to_rest() {
     now_ = {};
 }
 
-bool DirectRod::acceptable(const StepInput& in) const {
-    // Large but finite numbers overflow as surely as infinities do; these bounds are far outside any
-    // endoscope.
-    const auto sane = [](double v) { return std::fabs(v) < 1e9; };
-    const auto sane3 = [&](const Vec3& v) { return sane(v.x) && sane(v.y) && sane(v.z); };
-    const auto unit = [](double s) { return std::fabs(s - 1.0) < 1e-3; };
-    if (!(in.dt >= 1e-6 && in.dt <= 1e-2) || !sane3(in.gravity)) return false;
-    for (const End* e : {&in.base, &in.tip}) {
-        if (!sane3(e->position) || !sane3(e->force) || !sane3(e->torque) || !unit(norm(e->orientation)))
-            return false;
-        for (const Coupling* c : {&e->axial, &e->roll})
-            if (!sane(c->target) || !sane(c->velocity) || !sane(c->stiffness) || !sane(c->damping) ||
-                !sane(c->cap) || c->stiffness < 0 || c->damping < 0 || c->cap < 0)
-                return false;
-    }
-    if (in.tip.mode == EndMode::coupled || (in.base.mode == EndMode::coupled && !in.guide.present))
-        return false;
-    if (in.guide.present &&
-        (!sane3(in.guide.origin) || !sane3(in.guide.direction) || !unit(norm(in.guide.direction))))
-        return false;
-    if (!in.rest_darboux.empty() && in.rest_darboux.size() != rest_darboux_.size()) return false;
-    if (!std::all_of(in.rest_darboux.begin(), in.rest_darboux.end(), sane)) return false;
-    for (const Contact& c : in.contacts) {
-        if (c.segment < 0 || c.segment >= m_ || c.other_segment >= m_) return false;
-        if (!(c.along >= 0 && c.along <= 1) ||
-            (c.other_segment >= 0 && !(c.other_along >= 0 && c.other_along <= 1)))
-            return false;
-        if (!sane3(c.normal) || !unit(norm(c.normal)) || !sane(c.gap) || !sane3(c.centre) || !sane3(c.motion))
-            return false;
-        if (!sane(c.friction) || c.friction < 0) return false;
-        if (!std::all_of(c.compliance.begin(), c.compliance.end(), sane)) return false;
-    }
-    return true;
-}
-
 void DirectRod::lay_out() {
     const double *qw = q_[0].data() + 1, *qx = q_[1].data() + 1, *qy = q_[2].data() + 1,
                  *qz = q_[3].data() + 1;
@@ -235,10 +138,10 @@ void DirectRod::lay_out() {
 }
 
 // Where the rod were at the tick's end without forces, its ends where they are prescribed.
-void DirectRod::begin(const StepInput& input) {
+void DirectRod::begin(const StepPart& input) {
     now_ = input;
     axial_releases_ = roll_releases_ = 0;
-    const bool base = now_.base.mode == EndMode::clamped, tip = now_.tip.mode == EndMode::clamped;
+    const bool base = now_.base.mode == RodEndMode::clamped, tip = now_.tip.mode == RodEndMode::clamped;
     bool stale = base != base_cells_ || tip != tip_cells_;
     if (!input.rest_darboux.empty() &&
         !std::equal(input.rest_darboux.begin(), input.rest_darboux.end(), rest_darboux_.begin())) {
@@ -300,7 +203,7 @@ void DirectRod::advance(double share) {
         qw[j] = nw * unit, qx[j] = nx * unit, qy[j] = ny * unit, qz[j] = nz * unit;
         ux[j] += share * ax[j], uy[j] += share * ay[j], uz[j] += share * az[j];
     }
-    const bool is_held = now_.base.mode == EndMode::clamped || on_axis_ > 0;
+    const bool is_held = now_.base.mode == RodEndMode::clamped || on_axis_ > 0;
     Vec3 centre{};
     double mass = 0.0;
     if (!is_held)
@@ -321,7 +224,9 @@ void DirectRod::advance(double share) {
 
 bool DirectRod::solve_tick() {
     bool with_geometry = true;
-    const auto has_torque = [](const End& e) { return e.mode == EndMode::loaded && norm(e.torque) > 0.0; };
+    const auto has_torque = [](const RodEnd& e) {
+        return e.mode == RodEndMode::loaded && norm(e.torque) > 0.0;
+    };
     const bool torque = has_torque(now_.base) || has_torque(now_.tip);
     const int rounds = torque ? most_with_torque : most_linearisations;
     const double again = torque ? again_above_torque : again_above;
@@ -367,11 +272,11 @@ bool DirectRod::all_finite() const {
 }
 
 // Of a step, the first share of it.
-StepInput DirectRod::first_part(const StepInput& whole, double share) const {
-    StepInput part = whole;
-    part.dt = share * whole.dt, part.share = share * whole.share;
-    const auto shorten = [&](End& end, const Vec3& place, const Quat& turn) {
-        if (end.mode != EndMode::clamped) return;
+StepPart DirectRod::first_part(const RodStep& whole, double share) const {
+    StepPart part{whole, share};
+    part.dt = share * whole.dt;
+    const auto shorten = [&](RodEnd& end, const Vec3& place, const Quat& turn) {
+        if (end.mode != RodEndMode::clamped) return;
         end.position = place + share * (end.position - place);
         end.orientation = blend(turn, end.orientation, share);
     };
@@ -380,8 +285,7 @@ StepInput DirectRod::first_part(const StepInput& whole, double share) const {
     return part;
 }
 
-StepResult DirectRod::step(const StepInput& input) {
-    if (!acceptable(input)) return StepResult::invalid_input;
+bool DirectRod::step(const RodStep& input) {
     times_ = {};
     save(saved_);
     bool is_solved = false;
@@ -391,7 +295,7 @@ StepResult DirectRod::step(const StepInput& input) {
         // No small rest is left: it were a step of its own.
         if (share > most_partial) share = 1.0;
         share = std::max(share, std::min(1.0, shortest_part / input.dt));
-        is_solved = try_step(share < 1.0 ? first_part(input, share) : input);
+        is_solved = try_step(share < 1.0 ? first_part(input, share) : StepPart{input});
         const double moved = is_solved ? farthest_moved() : 0.0;
         if (moved <= 1.25 * farthest || share * input.dt <= shortest_part || attempt + 1 == most_attempts)
             break;
@@ -408,15 +312,15 @@ StepResult DirectRod::step(const StepInput& input) {
         base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
         std::fill(impulse_.begin(), impulse_.end(), Vec3{});
         now_.contacts = {};
-        return StepResult::recovered;
+        return false;
     }
     report_ends();
     finish();
     finish_contacts();
-    return StepResult::ok;
+    return true;
 }
 
-bool DirectRod::try_step(const StepInput& input) {
+bool DirectRod::try_step(const StepPart& input) {
     begin(input);
     prepare_contacts();
     return solve_tick();
@@ -457,14 +361,14 @@ void DirectRod::finish() {
     }
     for (int j = 0; j < m_; ++j)
         set_node(spin_, j, in_frame(frame(j), per_h * row(turn_, j)));
-    base_was_clamped_ = now_.base.mode == EndMode::clamped;
-    tip_was_clamped_ = now_.tip.mode == EndMode::clamped;
+    base_was_clamped_ = now_.base.mode == RodEndMode::clamped;
+    tip_was_clamped_ = now_.tip.mode == RodEndMode::clamped;
 }
 
 // From the stage to the tick's end: the stage's velocities are the tick's mean.
 void DirectRod::end_stage(double further) {
     const double per_h = 1.0 / stage_;
-    const bool is_held = now_.base.mode == EndMode::clamped;
+    const bool is_held = now_.base.mode == RodEndMode::clamped;
     Vec3 centre{};
     double mass = 0.0;
     for (int i = 0; i < n_; ++i) {
@@ -490,8 +394,8 @@ void DirectRod::end_stage(double further) {
             x += centre[at(k)] / mass;
 }
 
-Energies DirectRod::energies() const {
-    Energies e;
+RodEnergies DirectRod::energies() const {
+    RodEnergies e;
     for (int i = 0; i < n_; ++i) {
         const Vec3 v = velocity(i);
         e.kinetic += 0.5 * mass_[at(i)] * dot(v, v);

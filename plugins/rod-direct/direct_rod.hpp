@@ -5,89 +5,19 @@
 #include "contact.hpp"
 #include "frame_math.hpp"
 
+#include <calot/rod_model.hpp>
+
 #include <cstdint>
-#include <optional>
 #include <span>
-#include <string>
+#include <string_view>
 #include <vector>
 
 namespace calot::rod_direct {
 
-/// Properties of each of the N-1 segments, SI units. As an argument of set_properties: an empty one stays as
-/// it is.
-struct SegmentProperties {
-    std::span<const double> mass_per_length; ///< kg/m
-    std::span<const double> radius;          ///< m; rotational inertia is that of a solid section
-    std::span<const double> bending_1;       ///< EI about the frame's first axis, N m^2
-    std::span<const double> bending_2;       ///< EI about the frame's second axis, N m^2
-    std::span<const double> torsion;         ///< GJ, N m^2
-    std::span<const double> bending_damping; ///< s; Kelvin-Voigt: moment = EI (u - u_rest + time du/dt)
-    std::span<const double> torsion_damping; ///< s; likewise for twist
-    std::span<const double> drag;     ///< N s/m^2; outer drag per length; spin is slowed at the same rate
-    std::span<const double> friction; ///< factor on the other side's coefficient
-};
-
-struct RodDescription {
-    int nodes = 0;                ///< N, from 3
-    std::vector<double> length;   ///< N-1, m, between neighbouring nodes
-    SegmentProperties properties; ///< all of them; read at construction only
-    int max_contacts = 256;
-    double recovery_speed = 0.2; ///< m/s; the fastest a penetration is pushed out
-};
-
-/// What is wrong, as the field's name and a sentence; or null.
-struct Complaint {
-    const char* field;
-    const char* message;
-    std::size_t index;
-};
-
-enum class EndMode {
-    free,    ///< nothing holds it
-    clamped, ///< cross-section at `position`, `orientation` at the tick's end
-    loaded,  ///< force and torque, constant in the world
-    coupled, ///< base only: one-dimensional springs along and about the guide's direction
-};
-
-/// A capped spring-damper on one coordinate, taken at the tick's end.
-struct Coupling {
-    double target = 0.0;   ///< m or rad, at the tick's begin
-    double velocity = 0.0; ///< m/s or rad/s of the target
-    double stiffness = 0.0, damping = 0.0;
-    double cap = 0.0; ///< N or N m
-};
-
-struct End {
-    EndMode mode = EndMode::free;
-    Vec3 position;
-    Quat orientation;
-    Vec3 force, torque;
-    Coupling axial, roll;
-};
-
-/// A straight frictionless sleeve. Material with (x - origin) . direction < 0 lies on its axis.
-struct Guide {
-    bool present = false;
-    Vec3 origin, direction{0, 0, 1};
-};
-
-struct StepInput {
-    double dt = 1e-3;      ///< s, the tick
-    double farthest = 0.0; ///< m; the step ends early once a node has gone about so far; 0: never
-    Vec3 gravity;          ///< m/s^2
-    End base, tip;
-    Guide guide;
-    std::span<const double> rest_darboux; ///< 3(N-1), 1/m; empty: unchanged since the last tick
-    std::span<const Contact> contacts;    ///< at most max_contacts; those beyond are ignored
+/// What is taken of a step: all, or a first part of it.
+struct StepPart : RodStep {
     double share = 1.0; ///< of the contacts' motion and compliance: they are of a step longer by its inverse
 };
-
-struct Energies {
-    double kinetic = 0, bending = 0, twist = 0, gravity = 0;
-    double total() const { return kinetic + bending + twist + gravity; }
-};
-
-enum class StepResult { ok, invalid_input, recovered };
 
 /// Where the time of one step went, seconds, and how much of it there was.
 struct StepTimes {
@@ -100,23 +30,24 @@ struct StepTimes {
 /// with the contacts' forces. Not thread-safe; step() allocates nothing.
 class DirectRod {
   public:
-    /// Throws std::invalid_argument that names the field and what is wrong with it.
-    explicit DirectRod(const RodDescription& description);
+    static constexpr std::string_view cost_names[] = {"assembly", "solve", "contacts"};
+    static constexpr double default_parameters[] = {0.2}; ///< m/s, of taking overlap back
 
-    /// Between steps; allocates nothing. A complaint: nothing has changed.
-    std::optional<Complaint> set_properties(const SegmentProperties& properties);
-    /// Intrinsic curvature and twist, 3(N-1) material components, 1/m. False if the size is wrong or not
-    /// finite.
-    bool set_rest_darboux(std::span<const double> darboux);
+    /// `parameters`: as the plugin's table has them. The description is complete and usable.
+    explicit DirectRod(const RodDescription& description,
+                       std::span<const double> parameters = default_parameters);
+
+    /// Between steps; allocates nothing. Of the right sizes and usable.
+    void set_properties(const RodProperties& properties);
 
     /// Positions (3N) and frames (4(N-1), unit), interleaved, at rest. Frames are turned the least so that
     /// their third axes are the segments' directions; nodes beyond the first are then laid out from the
-    /// first with the segments' lengths. Throws std::invalid_argument.
+    /// first with the segments' lengths.
     void reset_to(std::span<const double> positions, std::span<const double> frames);
 
-    /// Advances by one tick, or less where `farthest` ends it. invalid_input: nothing changed. recovered: no
-    /// finite solution was found, the rod stays where it was, without velocity.
-    StepResult step(const StepInput& input);
+    /// Advances by one step, or less where `farthest` ends it. False: no finite result was found, the rod
+    /// stays where it was, without velocity.
+    bool step(const RodStep& input);
 
     int nodes() const { return n_; }
     int segments() const { return m_; }
@@ -140,12 +71,14 @@ class DirectRod {
     Vec3 base_torque() const { return base_torque_; }
     Vec3 tip_force() const { return tip_force_; }
     Vec3 tip_torque() const { return tip_torque_; }
-    /// Axial coordinate of the base in the guide (m) and accumulated roll about it (rad).
-    double base_advance() const { return advance_; }
+    /// Accumulated about the guide, rad.
     double base_roll() const { return roll_; }
-    Energies energies() const;
+    RodEnergies energies() const;
     StepTimes costs() const { return times_; }
-    void measure_times(bool on) { timing_ = on; }
+    void measure_costs(bool on) { timing_ = on; }
+    double cost(std::size_t part) const {
+        return part == 0 ? times_.assembly : part == 1 ? times_.solve : times_.contacts;
+    }
 
     /// Everything that steers the future, as scalars; the same build resumes to the same bits.
     std::size_t state_size() const;
@@ -158,12 +91,11 @@ class DirectRod {
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
     // direct_rod.cpp
-    bool acceptable(const StepInput& input) const;
     void update_joints();
     void come_to_rest();
-    StepInput first_part(const StepInput& whole, double share) const;
-    bool try_step(const StepInput& input);
-    void begin(const StepInput& input);
+    StepPart first_part(const RodStep& whole, double share) const;
+    bool try_step(const StepPart& input);
+    void begin(const StepPart& input);
     bool solve_tick();
     double fastest() const;
     double farthest_moved() const;
@@ -250,7 +182,7 @@ class DirectRod {
     Array rest_darboux_;
 
     ChainSolver solver_;
-    StepInput now_;
+    StepPart now_;
     bool viscous_ = false;
     bool base_was_clamped_ = false, tip_was_clamped_ = false;
     bool is_calm_ = true;         ///< the last tick was: one linearisation, small turns

@@ -20,7 +20,7 @@ struct Spring {
     double force, stiffness;
 };
 
-Spring at_end(const Coupling& c, double at, double start, double h, double capped) {
+Spring at_end(const RodCoupling& c, double at, double start, double h, double capped) {
     const double rate = (at - start) / h;
     const double force = c.stiffness * (c.target + c.velocity * h - at) + c.damping * (c.velocity - rate);
     const double stiffness = c.stiffness + c.damping / h;
@@ -89,14 +89,14 @@ void DirectRod::update_guide() {
     const auto axial = [&](int i) { return dot(position(i) - o, d); };
     while (on_axis_ < n_ && axial(on_axis_) < 0.5 * length_[at(std::max(on_axis_ - 1, 0))])
         ++on_axis_;
-    if (now_.base.mode == EndMode::coupled) on_axis_ = std::max(on_axis_, 2);
+    if (now_.base.mode == RodEndMode::coupled) on_axis_ = std::max(on_axis_, 2);
     for (int i = 0; i < on_axis_; ++i) {
         const Vec3 p = position(i);
         set_node(x_, i, o + dot(p - o, d) * d);
         set_node(v_, i, dot(row(v_, i), d) * d);
     }
     for (int j = 0; j + 1 < on_axis_; ++j) {
-        set_frame(j + 1, normalized(between(third_axis(frame(j)), d) * frame(j)));
+        set_frame(j + 1, normalized(between(axis_z(frame(j)), d) * frame(j)));
         spin_[0][at(j)] = spin_[1][at(j)] = 0.0;
     }
     const int i = on_axis_ - 1;
@@ -119,8 +119,8 @@ void DirectRod::update_guide() {
 
 // The frames of the ends' cross-sections: a clamp's, or, where no joint is, the segment's.
 void DirectRod::hold_ends() {
-    set_frame(0, now_.base.mode == EndMode::clamped ? base_clamp_ : frame(0));
-    set_frame(n_, now_.tip.mode == EndMode::clamped ? tip_clamp_ : frame(m_ - 1));
+    set_frame(0, now_.base.mode == RodEndMode::clamped ? base_clamp_ : frame(0));
+    set_frame(n_, now_.tip.mode == RodEndMode::clamped ? tip_clamp_ : frame(m_ - 1));
 }
 
 // What the ends add to the rod's own part of the system.
@@ -128,14 +128,15 @@ void DirectRod::add_ends() {
     const auto add = [](Array* to, int i, const Vec3& v) {
         to[0][at(i)] += v.x, to[1][at(i)] += v.y, to[2][at(i)] += v.z;
     };
-    if (now_.base.mode == EndMode::loaded) add(b_, 0, now_.base.force), add(g_, 0, now_.base.torque);
-    if (now_.tip.mode == EndMode::loaded) add(b_, n_ - 1, now_.tip.force), add(g_, m_ - 1, now_.tip.torque);
+    if (now_.base.mode == RodEndMode::loaded) add(b_, 0, now_.base.force), add(g_, 0, now_.base.torque);
+    if (now_.tip.mode == RodEndMode::loaded)
+        add(b_, n_ - 1, now_.tip.force), add(g_, m_ - 1, now_.tip.torque);
     if (mouth_push_ != 0.0) add(b_, on_axis_ - 1, mouth_push_ * now_.guide.direction);
 }
 
 // The coupling's springs on the base, as far as they are not at their caps.
 void DirectRod::add_coupling() {
-    if (now_.base.mode != EndMode::coupled) return;
+    if (now_.base.mode != RodEndMode::coupled) return;
     const Vec3 d = now_.guide.direction;
     const double h = now_.dt;
     const Spring s = at_end(now_.base.axial, dot(position(0) - now_.guide.origin, d),
@@ -154,16 +155,16 @@ void DirectRod::add_coupling() {
 }
 
 bool DirectRod::is_cap_passed() const {
-    return now_.base.mode == EndMode::coupled && (std::fabs(coupling_force_) > now_.base.axial.cap ||
-                                                  std::fabs(coupling_torque_) > now_.base.roll.cap);
+    return now_.base.mode == RodEndMode::coupled && (std::fabs(coupling_force_) > now_.base.axial.cap ||
+                                                     std::fabs(coupling_torque_) > now_.base.roll.cap);
 }
 
 // Whether a spring of the coupling passes its cap, or comes back below it, at the solution.
 bool DirectRod::judge_caps() {
-    if (now_.base.mode != EndMode::coupled) return false;
+    if (now_.base.mode != RodEndMode::coupled) return false;
     const Vec3 d = now_.guide.direction;
     const double h = now_.dt;
-    const auto judge = [&](const Coupling& c, double at, double start, double more, double& cap,
+    const auto judge = [&](const RodCoupling& c, double at, double start, double more, double& cap,
                            double& force, int& releases) {
         const Spring s = at_end(c, at, start, h, 0.0);
         const double free = s.force - s.stiffness * more;
@@ -209,24 +210,24 @@ void DirectRod::report_ends() {
         return f;
     };
     switch (now_.base.mode) {
-    case EndMode::clamped:
+    case RodEndMode::clamped:
         base_force_ = lacking(0) - section(0) - contact(0);
         base_torque_ = -(row(moment_, 0) + turned_moment(0, 0));
         break;
-    case EndMode::loaded:
+    case RodEndMode::loaded:
         base_force_ = now_.base.force, base_torque_ = now_.base.torque;
         break;
-    case EndMode::coupled:
+    case RodEndMode::coupled:
         base_force_ = coupling_force_ * now_.guide.direction;
         base_torque_ = coupling_torque_ * now_.guide.direction;
         break;
-    case EndMode::free:
+    case RodEndMode::free:
         break;
     }
-    if (now_.tip.mode == EndMode::clamped) {
+    if (now_.tip.mode == RodEndMode::clamped) {
         tip_force_ = lacking(n_ - 1) + section(m_ - 1) - contact(n_ - 1);
         tip_torque_ = row(moment_, m_) - turned_moment(m_, m_ - 1);
-    } else if (now_.tip.mode == EndMode::loaded) {
+    } else if (now_.tip.mode == RodEndMode::loaded) {
         tip_force_ = now_.tip.force, tip_torque_ = now_.tip.torque;
     }
 }

@@ -1,7 +1,7 @@
-// What the rod needs of quaternions beyond calot/math.hpp.
+// What the rod needs of quaternions beyond the sdk's headers.
 #pragma once
 
-#include <calot/math.hpp>
+#include <calot/rod_math.hpp>
 
 namespace calot::rod_direct {
 
@@ -9,23 +9,23 @@ namespace calot::rod_direct {
 // plane stays in it to the last bit, which the form with 1 - 2 (x^2 + y^2) does not.
 
 /// A frame's third axis, a segment's direction, in the world.
-inline Vec3 third_axis(const Quat& q) {
+inline Vec3 axis_z(const Quat& q) {
     return {2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x),
             (q.w * q.w - q.y * q.y) + (q.z * q.z - q.x * q.x)};
 }
-inline Vec3 first_axis(const Quat& q) {
+inline Vec3 axis_x(const Quat& q) {
     return {(q.w * q.w - q.y * q.y) - (q.z * q.z - q.x * q.x), 2.0 * (q.x * q.y + q.w * q.z),
             2.0 * (q.x * q.z - q.w * q.y)};
 }
-inline Vec3 second_axis(const Quat& q) {
+inline Vec3 axis_y(const Quat& q) {
     return {2.0 * (q.x * q.y - q.w * q.z), (q.w * q.w - q.z * q.z) + (q.y * q.y - q.x * q.x),
             2.0 * (q.y * q.z + q.w * q.x)};
 }
 inline Vec3 in_world(const Quat& q, const Vec3& v) {
-    return v.x * first_axis(q) + v.y * second_axis(q) + v.z * third_axis(q);
+    return v.x * axis_x(q) + v.y * axis_y(q) + v.z * axis_z(q);
 }
 inline Vec3 in_frame(const Quat& q, const Vec3& v) {
-    return {dot(v, first_axis(q)), dot(v, second_axis(q)), dot(v, third_axis(q))};
+    return {dot(v, axis_x(q)), dot(v, axis_y(q)), dot(v, axis_z(q))};
 }
 
 /// A turn by phi is measured as 4 sin(phi / 4): twice the quaternion's imaginary part times this factor of
@@ -48,13 +48,6 @@ inline Vec3 turn_vector(const Quat& q) {
 /// A turn by the rotation vector v; the angle is 2 atan(|v| / 2), equal to |v| to third order.
 inline Quat turned_by(const Vec3& v) {
     return normalized(Quat{1.0, 0.5 * v.x, 0.5 * v.y, 0.5 * v.z});
-}
-
-/// Normalised linear interpolation, the short way round.
-inline Quat blend(const Quat& a, const Quat& b, double s) {
-    const double sign = a.w * b.w + a.x * b.x + a.y * b.y + a.z * b.z < 0.0 ? -1.0 : 1.0;
-    const double t = sign * s, r = 1.0 - s;
-    return normalized(Quat{r * a.w + t * b.w, r * a.x + t * b.x, r * a.y + t * b.y, r * a.z + t * b.z});
 }
 
 } // namespace calot::rod_direct

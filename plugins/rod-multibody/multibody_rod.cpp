@@ -44,7 +44,7 @@ MultibodyRod::MultibodyRod(const RodDescription& d, std::span<const double> p)
     rows_.resize(contacts), memory_.resize(contacts), impulse_.resize(contacts);
     build();
     const std::vector<double> still(static_cast<std::size_t>(chain_->motions()), 0.0);
-    chain_->place(d.position.data(), d.frame.data(), still.data());
+    chain_->place(d.position.data(), aligned_frames(d).data(), still.data());
     base_clamp_ = frame(0), tip_clamp_ = frame(bodies_ - 1);
 }
 

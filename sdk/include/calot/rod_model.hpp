@@ -1,18 +1,21 @@
 // From a rod's mechanics in plain C++ to a plugin: ModelledRod keeps the setup and the properties, refuses
-// what no model can work with, and takes a step back that overflowed. rod.hpp remains the way for models that
-// want to do all of that themselves.
+// what no model can work with, and takes a step back that overflowed; CostedRod also says what a step's parts
+// cost. rod.hpp remains the way for models that want to do all of that themselves.
 #pragma once
 
 #include <calot/plugin.hpp>
 #include <calot/rod.hpp>
 #include <calot/rod_math.hpp>
+#include <calot/rod_step.hpp>
 
 #include <algorithm>
 #include <array>
 #include <concepts>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -28,7 +31,7 @@ struct RodProperties {
 struct RodDescription {
     int nodes = 0;                    ///< N, from 3
     std::vector<double> position;     ///< 3N, m
-    std::vector<double> frame;        ///< 4(N-1), unit quaternions
+    std::vector<double> frame;        ///< 4(N-1), unit quaternions as they were given; aligned_frames()
     std::vector<double> length;       ///< N-1, m, at rest
     std::vector<double> rest_darboux; ///< 3(N-1), 1/m
     RodProperties properties;
@@ -40,19 +43,33 @@ struct RodDescription {
 /// J, at a step's end.
 struct RodEnergies {
     double kinetic = 0, bending = 0, twist = 0, gravity = 0;
+    double total() const { return kinetic + bending + twist + gravity; }
+};
+
+/// One step. Real-time rules hold as the manifest says. The input is checked: finite, of the right sizes.
+/// This one takes the input in C++ types. False: it overflowed, and the rod stays where it was, without
+/// speed. A model that may end a step early has elapsed(), s that the last one took.
+template<class M>
+concept StepsByRodStep = requires(M model, const RodStep& step) {
+    { model.step(step) } -> std::convertible_to<bool>;
+};
+/// This one takes the contract's input, whose duration and farthest it may ignore; what to do about an
+/// overflow is left to ModelledRod.
+template<class M>
+concept StepsByInput = requires(M model, const M& seen, const calot_rod_input& input) {
+    model.step(input);
+    { seen.is_finite() } -> std::convertible_to<bool>;
+    model.stop(); // takes all speed away and forgets contacts, impulses and wrenches
 };
 
 /// What ModelledRod asks of a model.
 template<class M>
-concept RodModel = requires(M model, const M& seen, const RodDescription& description,
-                            std::span<const double> parameters, const RodProperties& properties,
-                            const calot_rod_input& input, std::span<double> to) {
-    M(description, parameters); // may throw Discard
-    model.set_properties(properties);
-    // One step. Real-time rules hold as the manifest says. The input is checked: finite, of the right sizes.
-    model.step(input);
-    { seen.is_finite() } -> std::convertible_to<bool>;
-    model.stop(); // takes all speed away and forgets contacts, impulses and wrenches
+concept RodModel = (StepsByRodStep<M> ||
+                    StepsByInput<M>)&&requires(M model, const M& seen, const RodDescription& description,
+                                               std::span<const double> parameters,
+                                               const RodProperties& properties, std::span<double> to) {
+    M(description, parameters);       // may throw Discard
+    model.set_properties(properties); // of the right sizes and usable; allocates nothing
     { seen.position(0) } -> std::convertible_to<Vec3>;
     { seen.velocity(0) } -> std::convertible_to<Vec3>;
     { seen.frame(0) } -> std::convertible_to<Quat>;
@@ -63,7 +80,6 @@ concept RodModel = requires(M model, const M& seen, const RodDescription& descri
     { seen.base_torque() } -> std::convertible_to<Vec3>;
     { seen.tip_force() } -> std::convertible_to<Vec3>;
     { seen.tip_torque() } -> std::convertible_to<Vec3>;
-    { seen.insertion() } -> std::convertible_to<double>;
     { seen.base_roll() } -> std::convertible_to<double>;
     { seen.energies() } -> std::convertible_to<RodEnergies>;
     // Everything that steers the future.
@@ -71,6 +87,25 @@ concept RodModel = requires(M model, const M& seen, const RodDescription& descri
     seen.save(to);
     { model.load(std::span<const double>(to)) } -> std::convertible_to<bool>; // false: nothing has changed
 };
+
+/// A model that can say what the parts of its last step cost, s, in the order of their names.
+template<class M>
+concept CostedRodModel = RodModel<M> && requires(M model, const M& seen) {
+    {std::span<const std::string_view>(M::cost_names)};
+    model.measure_costs(true);
+    { seen.cost(std::size_t{0}) } -> std::convertible_to<double>;
+};
+
+/// The description's frames, each turned the least so that its third axis is its segment's direction.
+inline std::vector<double> aligned_frames(const RodDescription& d) {
+    std::vector<double> frames(d.frame.size());
+    for (std::size_t j = 0; j < d.frame.size(); j += 4) {
+        const Vec3 t = normalized(vec3(&d.position[3 * (j / 4) + 3]) - vec3(&d.position[3 * (j / 4)]));
+        const Quat unit = normalized(quat(&d.frame[j]));
+        store(normalized(between(third_axis(unit), t) * unit), &frames[j]);
+    }
+    return frames;
+}
 
 namespace detail {
 
@@ -122,19 +157,16 @@ inline RodDescription complete(const calot_rod_setup& s) {
         if (!(norm(vec3(&p[i]) - vec3(&p[i - 3])) > 0))
             throw Discard(CALOT_CODE_OUT_OF_RANGE, "setup.position", "neighbouring nodes coincide");
     d.frame = f.empty() ? frames_along(p) : std::vector<double>(f.begin(), f.end());
-    for (std::size_t j = 0; j < d.frame.size(); j += 4) {
-        const Quat given = quat(&d.frame[j]);
-        if (std::abs(norm(given) - 1) > 1e-3)
+    for (std::size_t j = 0; j < d.frame.size(); j += 4)
+        if (!(std::abs(norm(quat(&d.frame[j])) - 1) < 1e-3))
             throw Discard(CALOT_CODE_OUT_OF_RANGE, "setup.frame", "must be unit quaternions");
-        // The third axis is the segment's direction.
-        const Vec3 t = normalized(vec3(&p[3 * (j / 4) + 3]) - vec3(&p[3 * (j / 4)]));
-        const Quat unit = normalized(given);
-        store(normalized(between(third_axis(unit), t) * unit), &d.frame[j]);
-    }
     d.length.assign(l.begin(), l.end());
     if (l.empty())
         for (std::size_t i = 3; i < p.size(); i += 3)
             d.length.push_back(norm(vec3(&p[i]) - vec3(&p[i - 3])));
+    for (const double length : d.length)
+        if (!(length > 1e-9 && length < 1e6))
+            throw Discard(CALOT_CODE_OUT_OF_RANGE, "setup.length", "must lie between 1e-9 and 1e6 m");
     d.rest_darboux.assign(3 * (p.size() / 3 - 1), 0.0);
     std::copy(u.begin(), u.end(), d.rest_darboux.begin());
     d.guide = s.guide;
@@ -146,13 +178,21 @@ inline RodDescription complete(const calot_rod_setup& s) {
 inline bool is_usable(std::size_t property, double v) {
     return v < 1e12 && (property < positive_rod_properties ? v > 1e-15 : v >= 0.0);
 }
-inline Result usable(const calot_rod_segments& segments) {
-    for (std::size_t k = 0; k < rod_property_count; ++k)
-        for (const double v : span(segments.*contract_rod_properties[k]))
-            if (!is_usable(k, v))
-                return Result::discard(CALOT_CODE_OUT_OF_RANGE, rod_property_names[k],
-                                       "must lie between 1e-15 and 1e12, or be 0 where that is allowed");
-    return Result::ok();
+struct RodComplaint {
+    std::size_t property, index;
+    const char* field() const { return rod_property_names[property]; }
+    const char* message() const {
+        return property < positive_rod_properties ? "must lie between 1e-15 and 1e12"
+                                                  : "must lie between 0 and 1e12";
+    }
+};
+inline std::optional<RodComplaint> complaint(const calot_rod_segments& segments) {
+    for (std::size_t k = 0; k < rod_property_count; ++k) {
+        const auto values = span(segments.*contract_rod_properties[k]);
+        for (std::size_t j = 0; j < values.size(); ++j)
+            if (!is_usable(k, values[j])) return RodComplaint{k, j};
+    }
+    return std::nullopt;
 }
 inline void assign(RodProperties& to, const calot_rod_segments& from) {
     for (std::size_t k = 0; k < rod_property_count; ++k) {
@@ -194,8 +234,10 @@ class ModelledRod : public Rod {
 
     void configure(const calot_rod_setup& setup) override {
         RodDescription next = detail::complete(setup);
-        if (const Result r = detail::usable(setup.segments); r.status != CALOT_OK)
-            throw Discard(r.code, std::string("setup.") + r.field, r.message);
+        if (const auto wrong = detail::complaint(setup.segments))
+            throw Discard(CALOT_CODE_OUT_OF_RANGE,
+                          "setup." + std::string(wrong->field()) + "[" + std::to_string(wrong->index) + "]",
+                          wrong->message());
         detail::assign(next.properties, setup.segments);
         make(next);
         description_ = std::move(next);
@@ -209,6 +251,8 @@ class ModelledRod : public Rod {
         start_.assign(model_->state_size(), 0.0);
         model_->save(start_);
         saved_ = start_;
+        const auto contacts = static_cast<std::size_t>(description_.max_contacts);
+        reader_ = detail::RodStepReader(description_.dt, description_.guide, contacts);
         is_coupled_ = warned_ = false;
     }
     void deactivate() override { model_.reset(); }
@@ -216,13 +260,14 @@ class ModelledRod : public Rod {
     void reset(std::uint64_t) override {
         properties_ = description_.properties;
         model_->set_properties(properties_);
-        model_->stop();
+        if constexpr (StepsByInput<Model>) model_->stop();
         model_->load(start_);
         is_coupled_ = warned_ = false;
     }
 
     Result set_segments(const calot_rod_segments& segments) override {
-        if (const Result r = detail::usable(segments); r.status != CALOT_OK) return r;
+        if (const auto wrong = detail::complaint(segments))
+            return Result::discard(CALOT_CODE_OUT_OF_RANGE, wrong->field(), wrong->message());
         detail::assign(properties_, segments); // as long as before: allocates nothing
         model_->set_properties(properties_);
         return Result::ok();
@@ -232,19 +277,19 @@ class ModelledRod : public Rod {
         if (in.base.mode == CALOT_END_COUPLED && description_.guide.present == 0)
             return Result::discard(CALOT_CODE_INVALID_ARGUMENT, "input.base.mode",
                                    "a coupled base needs a guide: give one at configure");
+        if (in.duration > 0 && in.duration < 1e-9 * static_cast<double>(shortest_step()))
+            return Result::discard(CALOT_CODE_OUT_OF_RANGE, "input.duration",
+                                   "is shorter than this model can step");
         if (!detail::is_moderate(in))
             return Result::discard(CALOT_CODE_OUT_OF_RANGE, "input", "holds a value beyond 1e9 in SI units");
-        model_->save(saved_);
-        model_->step(in);
         is_coupled_ = in.base.mode == CALOT_END_COUPLED;
-        if (!model_->is_finite()) {
-            model_->load(saved_);
-            model_->stop();
+        if (!advance(in)) {
             if (!warned_)
                 host().log().realtime(CALOT_LOG_WARNING,
                                       "a rod's step overflowed; it was stopped where it was");
             warned_ = true;
         }
+        if constexpr (requires(const Model& rod) { rod.elapsed(); }) out.elapsed = model_->elapsed();
         return read(out);
     }
 
@@ -265,7 +310,8 @@ class ModelledRod : public Rod {
         store(force, out.base.force), store(torque, out.base.torque);
         store(rod.tip_force(), out.tip.force), store(rod.tip_torque(), out.tip.torque);
         const Vec3 d = description_.guide.present != 0 ? vec3(description_.guide.direction) : Vec3{};
-        out.insertion = rod.insertion(), out.rotation = rod.base_roll();
+        out.insertion = dot(rod.position(0) - vec3(description_.guide.exit), d);
+        out.rotation = rod.base_roll();
         out.insertion_force = is_coupled_ ? dot(force, d) : 0.0;
         out.rotation_torque = is_coupled_ ? dot(torque, d) : 0.0;
         const RodEnergies e = rod.energies();
@@ -300,7 +346,24 @@ class ModelledRod : public Rod {
         properties_ = std::move(next);
     }
 
+  protected:
+    Model* model() { return model_.get(); } ///< null while inactive
+    const Model* model() const { return model_.get(); }
+
   private:
+    // False: the step overflowed, and the rod was stopped where it was.
+    bool advance(const calot_rod_input& in) {
+        if constexpr (StepsByRodStep<Model>) {
+            return model_->step(reader_.read(in, properties_.radius));
+        } else {
+            model_->save(saved_);
+            model_->step(in);
+            if (model_->is_finite()) return true;
+            model_->load(saved_);
+            model_->stop();
+            return false;
+        }
+    }
     std::unique_ptr<Model> make(const RodDescription& description) const {
         std::vector<double> values;
         for (std::size_t k = 0; k < parameters().size(); ++k)
@@ -312,7 +375,34 @@ class ModelledRod : public Rod {
     RodProperties properties_; // as set since
     std::unique_ptr<Model> model_;
     std::vector<double> start_, saved_;
+    detail::RodStepReader reader_;
     bool is_coupled_ = false, warned_ = false;
+};
+
+/// Likewise of a model that can say what the parts of its last step cost.
+template<CostedRodModel Model>
+class CostedRod : public ModelledRod<Model>, public Costed {
+  public:
+    void activate(const calot_activation& activation) override {
+        ModelledRod<Model>::activate(activation);
+        this->model()->measure_costs(is_measured_);
+    }
+    void enable_cost(bool is_on) override {
+        is_measured_ = is_on;
+        if (this->model() != nullptr) this->model()->measure_costs(is_on);
+    }
+    std::uint32_t cost_part_count() const override {
+        return static_cast<std::uint32_t>(std::size(Model::cost_names));
+    }
+    std::string_view cost_name(std::uint32_t index) const override {
+        return index < cost_part_count() ? Model::cost_names[index] : std::string_view{};
+    }
+    double cost_seconds(std::uint32_t index) const override {
+        return this->model() != nullptr ? this->model()->cost(index) : 0.0;
+    }
+
+  private:
+    bool is_measured_ = false;
 };
 
 } // namespace calot
