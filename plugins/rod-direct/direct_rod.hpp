@@ -133,9 +133,6 @@ class DirectRod {
     void begin_passes();
     Vec3 force_at(const ContactRow& row, const Vec3& moved, bool is_closed, Sym<double>* stiffness) const;
     void linearise(ContactRow& row, bool is_closed) const;
-    void gather_contacts();
-    void complete_system();
-    void displace();
     bool judge_contacts();
     double contact_share(double curvature) const;
     double way_energy() const;
@@ -151,8 +148,13 @@ class DirectRod {
     Vec3 point(int segment, double along) const;
     Vec3 displacement(int segment, double along, const Vec3& across, const Vec3& lever) const;
     Vec3 arm(int segment, double along) const;
+
+    // contact_system.cpp
     struct Touched;
     Touched& touched(int segment);
+    void gather_contacts();
+    void complete_system();
+    void displace();
 
     // state.cpp
     template<class Rod, class F>
