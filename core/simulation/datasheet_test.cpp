@@ -155,6 +155,62 @@ TEST(World, a_truncated_mesh_gives_one_line_with_its_file) {
         std::string::npos);
 }
 
+TEST(World, friction_is_that_of_the_region_or_else_of_the_organ) {
+    const auto world = load_world(parse_scene(scene_text, "scene.toml"), {.assets = assets});
+    const Organ& organ = world->anatomy.organs.front();
+    ASSERT_EQ(organ.id, "upper-gi");
+    const std::vector<double> friction = friction_by_region(organ);
+    ASSERT_EQ(friction.size(), organ.mesh.region_names.size());
+    int others = 0;
+    for (std::size_t r = 0; r < friction.size(); ++r) {
+        const auto own = organ.region_friction.find(organ.mesh.region_names[r]);
+        EXPECT_EQ(friction[r], own == organ.region_friction.end() ? organ.friction : own->second)
+            << organ.mesh.region_names[r];
+        others += friction[r] != organ.friction ? 1 : 0;
+    }
+    EXPECT_GT(others, 0) << "the stomach is smoother than the oesophagus";
+    // What contacts are found with.
+    bool is_seen[2] = {};
+    for (const auto& triangle : world->surfaces.triangles()) {
+        if (triangle.organ != 0) continue;
+        ASSERT_EQ(world->surfaces.friction(triangle), friction[triangle.region]);
+        is_seen[friction[triangle.region] == organ.friction] = true;
+    }
+    EXPECT_TRUE(is_seen[0] && is_seen[1]);
+    // Asked for by the command line, it is that of every region.
+    const auto asked = load_world(parse_scene(scene_text, "scene.toml"), {.assets = assets, .friction = 0.3});
+    for (const auto& triangle : asked->surfaces.triangles())
+        ASSERT_EQ(asked->surfaces.friction(triangle), 0.3);
+}
+
+TEST(World, friction_of_a_region_out_of_bounds_or_of_none_is_refused_with_file_and_field) {
+    const Folder folder;
+    const auto anatomy = folder.path() / "anatomy" / "reference";
+    std::filesystem::create_directories(anatomy);
+    std::filesystem::copy(assets / "endoscopes", folder.path() / "endoscopes");
+    std::filesystem::copy(assets / "anatomy" / "reference" / "upper-gi.glb", anatomy / "upper-gi.glb");
+    std::ifstream in(assets / "anatomy" / "reference" / "anatomy.toml");
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    SceneDescription scene = parse_scene(scene_text, "scene.toml");
+    scene.organs = {"upper-gi"};
+    const auto error = [&](const std::string& in_its_place) {
+        std::ofstream(anatomy / "anatomy.toml") << replaced(text, "stomach = 0.05", in_its_place);
+        return message_of([&] { load_world(scene, {.assets = folder.path()}); });
+    };
+    const std::string file = (anatomy / "anatomy.toml").string();
+    EXPECT_EQ(error("stomach = -0.1"),
+              file + ": organ[0].region_friction.stomach: is -0.1; it must lie between 0 and 10");
+    EXPECT_EQ(error("stomach = nan"),
+              file + ": organ[0].region_friction.stomach: is nan; it must lie between 0 and 10");
+    EXPECT_EQ(error("stomach = \"slippery\""), file + ": organ[0].region_friction.stomach: must be a number");
+    const std::string none = error("stomak = 0.05");
+    EXPECT_TRUE(none.starts_with(file + ": organ upper-gi: region_friction.stomak: is no region of "
+                                        "upper-gi.glb; remove it or name one of: "))
+        << none;
+    EXPECT_NE(none.find("stomach"), std::string::npos) << none;
+    EXPECT_EQ(error("stomach = 0.06"), "nothing was refused");
+}
+
 TEST(Datasheet, every_shipped_datasheet_is_read) {
     int count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(assets / "endoscopes")) {

@@ -15,7 +15,8 @@ namespace calot::simulation {
 
 namespace {
 
-constexpr std::size_t most_organs = 64, most_landmarks = 256, most_points = Marker::most_points;
+constexpr std::size_t most_organs = 64, most_landmarks = 256, most_points = Marker::most_points,
+                      most_regions = 256;
 constexpr double reach = 10; // m: no patient is larger
 
 // +z along `z`, y as near to the patient's anterior (-y) as it can be.
@@ -88,6 +89,18 @@ void read_appearance(TomlReader& reader, Organ& organ) {
     }
 }
 
+void read_region_friction(const std::string& file, TomlReader& reader, Organ& organ) {
+    const toml::table* table = reader.find_table("region_friction");
+    if (table == nullptr) return;
+    if (table->size() > most_regions)
+        reader.refuse("region_friction", "must hold at most " + std::to_string(most_regions) + " regions");
+    TomlReader regions(file, reader.prefix() + "region_friction.", *table);
+    for (auto&& [key, value] : *table) {
+        const std::string region(key.str());
+        organ.region_friction[region] = regions.number(region, 0, 10);
+    }
+}
+
 Organ read_organ(const std::string& file, const std::filesystem::path& folder, int index,
                  const toml::table& table) {
     TomlReader reader(file, "organ[" + std::to_string(index) + "].", table);
@@ -99,6 +112,7 @@ Organ read_organ(const std::string& file, const std::filesystem::path& folder, i
         reader.refuse("mesh", "must be the name of a file beside the anatomy");
     organ.mesh_file = folder / mesh;
     organ.friction = reader.number("friction", 0, 10);
+    read_region_friction(file, reader, organ);
     read_appearance(reader, organ);
     reader.finish();
     return organ;
@@ -118,7 +132,30 @@ void read_surface(Organ& organ) {
                               problem + "; an organ must be closed and face outwards: mesh it again");
 }
 
+// Of what friction is given for.
+void require_regions(const std::string& file, const Organ& organ) {
+    const std::vector<std::string>& names = organ.mesh.region_names;
+    for (const auto& [region, friction] : organ.region_friction) {
+        if (std::find(names.begin(), names.end(), region) != names.end()) continue;
+        std::string there;
+        for (const std::string& name : names)
+            there += (there.empty() ? "" : ", ") + name;
+        throw host::UserError(file, "organ " + organ.id + ": region_friction." + region,
+                              "is no region of " + organ.mesh_file.filename().string() +
+                                  "; remove it or name one of: " + (there.empty() ? "none" : there));
+    }
+}
+
 } // namespace
+
+std::vector<double> friction_by_region(const Organ& organ) {
+    std::vector<double> all(std::max<std::size_t>(1, organ.mesh.region_names.size()), organ.friction);
+    for (std::size_t r = 0; r < organ.mesh.region_names.size(); ++r) {
+        const auto own = organ.region_friction.find(organ.mesh.region_names[r]);
+        if (own != organ.region_friction.end()) all[r] = own->second;
+    }
+    return all;
+}
 
 const Landmark* Anatomy::find(std::string_view id) const {
     for (const Landmark& landmark : landmarks)
@@ -172,8 +209,11 @@ Anatomy load_anatomy(const std::filesystem::path& path, const std::vector<std::s
                                   "is no organ of " + file + "; name one of its [[organ]] ids");
         organ->mesh_file = replaced.second;
     }
-    for (Organ& organ : anatomy.organs)
+    for (Organ& organ : anatomy.organs) {
         read_surface(organ);
+        // A mesh put in an organ's place may have fewer regions.
+        if (!meshes.contains(organ.id)) require_regions(file, organ);
+    }
     return anatomy;
 }
 
@@ -208,15 +248,17 @@ std::shared_ptr<const World> load_world(const SceneDescription& scene, const Wor
 
     std::vector<geometry::OrganSurface> surfaces;
     std::vector<std::vector<std::uint32_t>> regions;
+    std::vector<std::vector<double>> friction;
     for (Organ& organ : world->anatomy.organs) {
-        organ.friction = options.friction.value_or(organ.friction);
+        if (options.friction) organ.friction = *options.friction, organ.region_friction.clear();
+        friction.push_back(friction_by_region(organ));
         regions.emplace_back(organ.mesh.region.begin(), organ.mesh.region.end());
         surfaces.push_back(
             {.name = organ.id,
              .vertices = {organ.mesh.vertices.data()->data(), 3 * organ.mesh.vertices.size()},
              .triangles = {organ.mesh.triangles.data()->data(), 3 * organ.mesh.triangles.size()},
              .regions = regions.back(),
-             .friction = {&organ.friction, 1}});
+             .friction = friction.back()});
     }
     try {
         world->surfaces = geometry::TriangleScene(surfaces);

@@ -25,6 +25,7 @@ struct Organ {
     std::filesystem::path mesh_file;
     std::string mesh_hash;                                // SHA-256
     double friction = 0;                                  // Coulomb, against a bare sheath
+    std::map<std::string, double> region_friction;        // in its place, by region
     std::string appearance;                               // for all of it, or
     std::map<std::string, std::string> region_appearance; // by region
     meshio::TriangleMesh mesh;
@@ -45,6 +46,9 @@ struct Anatomy {
     std::vector<Landmark> landmarks;
     const Landmark* find(std::string_view id) const;
 };
+
+/// Of each region of the organ's mesh, in the order of its names; one number for a mesh without regions.
+std::vector<double> friction_by_region(const Organ& organ);
 
 using MeshFiles = std::map<std::string, std::filesystem::path>;
 
