@@ -79,6 +79,9 @@ const std::vector<calot_contact>& Lumen::contacts(const BenchRod& rod, double re
     // At first a node is looked for from where its neighbour is: across a bend of more than a right angle,
     // downhill from the mouth would end on the way.
     const bool is_first = near_.size() != n;
+    // So near its end that a tip may touch it.
+    const double apart = norm(axis_.back() - axis_[axis_.size() - 2]);
+    const auto last = static_cast<std::size_t>(8 + 2 * (rod.rod().radius + reach) / apart);
     if (is_first) near_.assign(n, 0);
     for (std::size_t i = 1; i < n; ++i) {
         const Vec3 p = rod.position(static_cast<int>(i));
@@ -87,7 +90,7 @@ const std::vector<calot_contact>& Lumen::contacts(const BenchRod& rod, double re
         const Vec3 a = axis_[k > 0 ? k - 1 : 0], t = normalized(axis_[k + 1] - a);
         const double along = dot(p - axis_[near_[i]], t);
         const bool is_last = near_[i] + 1 >= axis_.size();
-        if (is_closed_ && i == n - 1 && near_[i] + 20 >= axis_.size()) {
+        if (is_closed_ && i == n - 1 && near_[i] + last >= axis_.size()) {
             const Vec3 end = axis_.back(), out = -t;
             const double gap = dot(p - end, out) - rod.rod().radius;
             if (gap < reach)

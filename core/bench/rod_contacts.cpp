@@ -17,8 +17,6 @@ constexpr double pi = std::numbers::pi;
 
 // See rod_vessel.hpp.
 std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
-    if (o.radius && *o.radius > 0.9 * PushedRod::vessel_radius)
-        throw host::UserError("", "--radius", "must be at most 2.7 mm in compress, whose vessel has 3 mm");
     const double load = o.load.value_or(5);
     PushedRod run(make, o, load, o.friction.value_or(0.05));
     while (run.step()) {

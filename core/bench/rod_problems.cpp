@@ -80,7 +80,8 @@ constexpr RodProblem problems[] = {
      "pushed into a curved vessel until blocked: does not shorten",
      &run_compress,
      {.load = true, .friction = true, .seed = true},
-     "A catheter is pushed at 0.2 m/s into a rigid, random, curved vessel of three times its radius until it "
+     "A catheter is pushed at 0.2 m/s into a rigid, random, curved vessel of 3 mm radius (a rod thicker than "
+     "1 mm: the whole scene in proportion) until it "
      "is "
      "blocked. --load: the greatest push, N, 5 unless given; --friction 0.05; --seed: of the vessel. "
      "shortening: "

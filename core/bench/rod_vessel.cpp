@@ -13,16 +13,25 @@ namespace calot::bench {
 
 namespace {
 
+// A thicker rod has the whole scene larger: under the same push it keeps its shape if EI goes as the square.
+double scale_of(const RodOptions& o) {
+    return std::max(1.0, o.radius.value_or(1e-3) / 1e-3);
+}
+
 UniformRod catheter(const RodOptions& o) {
+    const double scale = scale_of(o);
     UniformRod rod;
-    rod.nodes = 256, rod.length = 0.255, rod.radius = 1e-3;
-    rod.bending = 1e-4, rod.torsion = 1e-4, rod.mass_per_length = 0.1;
+    rod.nodes = 256, rod.length = 0.255 * scale, rod.radius = 1e-3;
+    rod.bending = rod.torsion = 1e-4 * scale * scale, rod.mass_per_length = 0.1;
     return UniformRod::of(o, rod);
 }
 
-std::vector<Vec3> vessel(std::uint64_t seed, double length) {
+std::vector<Vec3> vessel(std::uint64_t seed, double length, double scale) {
     Random random(seed);
-    return Lumen::random_axis(random, length, 0.02);
+    std::vector<Vec3> axis = Lumen::random_axis(random, length / scale, 0.02);
+    for (Vec3& p : axis)
+        p *= scale;
+    return axis;
 }
 
 double median(std::vector<double> values) {
@@ -60,10 +69,11 @@ BenchRod::Setup PushedRod::setup(const UniformRod& uniform) {
 }
 
 PushedRod::PushedRod(const MakeInstance& make, const RodOptions& o, double load, double friction)
-    : uniform_(catheter(o)), axis_(vessel(o.seed, 0.8 * uniform_.length)),
-      lumen_(axis_, vessel_radius, true, friction), rod_(make, setup(uniform_)),
+    : uniform_(catheter(o)), scale_(scale_of(o)), axis_(vessel(o.seed, 0.8 * uniform_.length, scale_)),
+      lumen_(axis_, vessel_radius(), true, friction), rod_(make, setup(uniform_)),
       colliding_(static_cast<std::size_t>(uniform_.nodes), false), load_(load),
-      longest_(0.8 * uniform_.length / speed_ + 1.0), shortest_(uniform_.length) {
+      speed_(0.2 * std::sqrt(scale_)), longest_(0.8 * uniform_.length / speed_ + 1.0),
+      shortest_(uniform_.length) {
     rod_.input.base.mode = CALOT_END_COUPLED;
     rod_.input.base.insertion = {-uniform_.length, speed_, 2000, 20, load};
     rod_.input.base.rotation = {0, 0, 1, 0.01, 1};
@@ -133,7 +143,7 @@ std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOpt
         strings.push_back(beads(run, title));
     }
     if (!picture.empty() && !runs.empty())
-        plot::draw({runs[0]->axis(), PushedRod::vessel_radius}, strings, picture);
+        plot::draw({runs[0]->axis(), runs[0]->vessel_radius()}, strings, picture);
     return rows;
 }
 

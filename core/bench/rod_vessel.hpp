@@ -16,7 +16,8 @@ class PushedRod {
   public:
     /// 256 nodes 1 mm apart, radius 1 mm, EI = GJ = 1e-4 N m^2 unless the options say otherwise; a vessel of
     /// 3 mm radius, four fifths of the rod long, blind, bent no tighter than 20 mm. Pushed at 0.2 m/s by at
-    /// most `load`.
+    /// most `load`. For a rod thicker than 1 mm all lengths that are not given are so much larger, EI and GJ
+    /// by the square of that, the speed by its root.
     PushedRod(const MakeInstance& make, const RodOptions& options, double load, double friction);
 
     /// Advances by a step unless it is over: blocked for a third of a second, or a second late.
@@ -35,18 +36,20 @@ class PushedRod {
     const BenchRod& rod() const { return rod_; }
     const UniformRod& uniform() const { return uniform_; }
 
-    static constexpr double vessel_radius = 3e-3; // m
+    double vessel_radius() const { return 3e-3 * scale_; } ///< m
 
   private:
-    static constexpr double speed_ = 0.2, blocked_at_ = 0.33; // m/s, s
+    static constexpr double blocked_at_ = 0.33; // s
     static BenchRod::Setup setup(const UniformRod& uniform);
 
     UniformRod uniform_;
+    double scale_; // of the scene, 1 for a rod of 1 mm radius or less
     std::vector<Vec3> axis_;
     Lumen lumen_;
     BenchRod rod_;
     std::vector<bool> colliding_;
-    double load_, longest_, shortest_, blocked_for_ = 0, pressed_ = 0, penetration_ = 0, step_seconds_ = 0;
+    double load_, speed_, longest_, shortest_, blocked_for_ = 0, pressed_ = 0, penetration_ = 0,
+                                               step_seconds_ = 0;
 };
 
 /// Every model into the same vessel, step by step in turn: percent of compression and processor time side by
