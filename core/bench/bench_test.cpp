@@ -7,6 +7,7 @@
 #include "bench/self_contact.hpp"
 #include "host/plugins.hpp"
 #include "host/services.hpp"
+#include "simulation/endoscope_datasheet.hpp"
 
 #include <gtest/gtest.h>
 
@@ -108,6 +109,37 @@ TEST(EveryRod, claims_what_every_rod_must) {
             EXPECT_NE(std::find(found.model->claims.begin(), found.model->claims.end(), must),
                       found.model->claims.end())
                 << found.model->id << " does not claim " << must;
+}
+
+// However much of it acts, more damping must not shake a rod: bent and let go, it loses energy in every step.
+TEST(EveryRod, bears_the_most_damping_that_a_datasheet_may_hold) {
+    for (const host::Found& found : plugins().models(host::Kind::rod)) {
+        UniformRod uniform;
+        uniform.nodes = 60, uniform.length = 0.5;
+        BenchRod::Setup s;
+        s.rod = uniform;
+        s.position = straight_line(uniform, {}, along_x);
+        s.frame = same_frames(uniform, along_x);
+        s.bending_damping = simulation::most_bending_damping, s.torsion_damping = 0.1, s.drag = 5;
+        BenchRod rod([&] { return plugins().make(host::Kind::rod, found.model->id); }, std::move(s));
+        rod.clamp_base({}, along_x);
+        rod.load_tip({0, 0.1, 0}, {});
+        for (int k = 0; k < 1500; ++k)
+            rod.step();
+        const double bent = rod.position(59).y, most = 0.1 * 0.125 / 3 / uniform.bending;
+        EXPECT_GT(bent, 0.3 * most) << found.model->id;
+        rod.load_tip({}, {});
+        double before = rod.energy(), rise = 0;
+        const double start = before;
+        for (int k = 0; k < 1500; ++k) {
+            rod.step();
+            rise = std::max(rise, rod.energy() - before);
+            before = std::min(before, rod.energy());
+        }
+        EXPECT_LE(rise, 1e-3 * start) << found.model->id;
+        EXPECT_LT(before, 0.2 * start) << found.model->id << " comes back";
+        EXPECT_LT(std::abs(rod.position(59).y), bent) << found.model->id;
+    }
 }
 
 // An endoscope's shaft that is pushed and turned in a bent tube, through the contract.

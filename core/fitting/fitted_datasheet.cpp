@@ -14,8 +14,6 @@ namespace calot::fitting {
 
 namespace {
 
-constexpr double most_damping = 1e-3; // s: what a datasheet may hold
-
 double rounded(double value, double half_width) {
     // To a hundredth of the confidence: more digits say nothing.
     if (!(half_width > 0) || !std::isfinite(half_width)) return value;
@@ -119,15 +117,18 @@ FittedDatasheet fitted_datasheet(const std::vector<SegmentFit>& fits, const std:
             }
         }
         if (f.test == BenchTest::vibration) {
-            if (f.damping.value <= most_damping) {
+            if (f.damping.value <= simulation::most_bending_damping) {
                 writer.set(segment, "bending_damping", f.damping, f);
                 continue;
             }
             std::ostringstream note;
             note << std::setprecision(3) << "bending_damping of " << f.segment << " is " << f.damping.value
-                 << " s, more than a datasheet may hold (0.001 s); it stays as it was. The same decay by "
-                    "drag: "
-                 << 2 * f.decay.value << " 1/s times mass_per_length";
+                 << " s, more than a datasheet may hold (" << simulation::most_bending_damping
+                 << " s): a sheath does not lose so much; it stays as it was. Clamp the segment shorter, so "
+                    "that it swings "
+                    "faster and loses less to the air and the clamp, and read again; or give the same decay "
+                    "as drag = "
+                 << 2 * f.decay.value << " 1/s";
             result.notes.push_back(note.str());
         }
     }

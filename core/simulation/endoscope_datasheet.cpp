@@ -58,7 +58,7 @@ ShaftSegment read_segment(const std::string& file, std::size_t index, const toml
     s.mass_per_length = reader.number("mass_per_length", 1e-3, 5);
     s.flexural_rigidity = gradient(reader, "flexural_rigidity", 1e-5, 1);
     s.torsional_rigidity = gradient(reader, "torsional_rigidity", 1e-5, 10);
-    s.bending_damping = reader.number("bending_damping", 0, 1e-3);
+    s.bending_damping = reader.number("bending_damping", 0, most_bending_damping);
     s.torsion_damping = reader.number("torsion_damping", 0, 10);
     s.drag = reader.number("drag", 0, 1000);
     s.friction_factor = reader.number("friction_factor", 0, 10);
