@@ -307,6 +307,16 @@ TEST(BenchRod, says_which_numbers_a_problem_has_no_use_for) {
     EXPECT_NE(errors.find("twist has no use for --friction, --angle"), std::string::npos) << errors;
 }
 
+// A vessel of 3 mm radius holds no shaft of 6 mm: it grows with the rod.
+TEST(BenchRod, compress_has_a_vessel_for_any_rod) {
+    for (const char* radius : {"0.006", "0.02"}) {
+        std::string out, errors;
+        EXPECT_EQ(run({"compress", "--radius", radius, "--nodes", "60", "--csv"}, out, errors), 0)
+            << out << errors;
+        EXPECT_NE(out.find(",push,5,5,"), std::string::npos) << "was never pushed: " << out;
+    }
+}
+
 // Twenty-five times too coarse for its bound.
 TEST(BenchRod, fails_where_a_claim_is_missed) {
     std::string out, errors;

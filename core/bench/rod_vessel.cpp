@@ -14,12 +14,12 @@ namespace calot::bench {
 namespace {
 
 // A thicker rod has the whole scene larger: under the same push it keeps its shape if EI goes as the square.
-double scale_of(const RodOptions& o) {
-    return std::max(1.0, o.radius.value_or(1e-3) / 1e-3);
+double scale_of(double radius) {
+    return std::max(1.0, radius / 1e-3);
 }
 
 UniformRod catheter(const RodOptions& o) {
-    const double scale = scale_of(o);
+    const double scale = scale_of(o.radius.value_or(1e-3));
     UniformRod rod;
     rod.nodes = 256, rod.length = 0.255 * scale, rod.radius = 1e-3;
     rod.bending = rod.torsion = 1e-4 * scale * scale, rod.mass_per_length = 0.1;
@@ -59,7 +59,7 @@ BenchRod::Setup PushedRod::setup(const UniformRod& uniform) {
     s.rod = uniform;
     s.position = straight_line(uniform, {-uniform.length, 0, 0}, along_x);
     s.frame = same_frames(uniform, along_x);
-    s.drag = 20;
+    s.drag = 20 * std::pow(scale_of(uniform.radius), -1.5); // a fiftieth of the push, whatever the scale
     calot_guide guide{};
     guide.present = 1;
     guide.direction[0] = 1;
@@ -69,9 +69,9 @@ BenchRod::Setup PushedRod::setup(const UniformRod& uniform) {
 }
 
 PushedRod::PushedRod(const MakeInstance& make, const RodOptions& o, double load, double friction)
-    : uniform_(catheter(o)), scale_(scale_of(o)), axis_(vessel(o.seed, 0.8 * uniform_.length, scale_)),
-      lumen_(axis_, vessel_radius(), true, friction), rod_(make, setup(uniform_)),
-      colliding_(static_cast<std::size_t>(uniform_.nodes), false), load_(load),
+    : uniform_(catheter(o)), scale_(scale_of(uniform_.radius)),
+      axis_(vessel(o.seed, 0.8 * uniform_.length, scale_)), lumen_(axis_, vessel_radius(), true, friction),
+      rod_(make, setup(uniform_)), colliding_(static_cast<std::size_t>(uniform_.nodes), false), load_(load),
       speed_(0.2 * std::sqrt(scale_)), longest_(0.8 * uniform_.length / speed_ + 1.0),
       shortest_(uniform_.length) {
     rod_.input.base.mode = CALOT_END_COUPLED;
