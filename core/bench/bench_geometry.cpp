@@ -40,15 +40,16 @@ struct Task {
     double best = std::numeric_limits<double>::infinity(); // s
 };
 
-// A shaft that slides to and fro by `step` a tick.
+// A shaft that slides to and fro by `step` a tick, in each of which it is asked `queries` times: at as many
+// places as far apart as a twentieth of the step, as solvers that ask again within a tick do.
 class Sliding {
   public:
-    Sliding(const FoldedTube& tube, std::size_t nodes, double step)
-        : tube_(tube), step_(step), radii_(nodes - 1, shaft_radius), contacts_(nodes) {}
+    Sliding(const FoldedTube& tube, std::size_t nodes, double step, int queries = 1)
+        : tube_(tube), step_(step), queries_(queries), radii_(nodes - 1, shaft_radius), contacts_(nodes) {}
     int next(const geometry::TriangleScene& scene, double reach) {
         if (places_.empty())
             for (int i = 0; i < (step_ > 0 ? 80 : 1); ++i)
-                places_.push_back(tube_.shaft_on_wall(radii_.size() + 1, shaft_radius, step_ * i));
+                places_.push_back(tube_.shaft_on_wall(radii_.size() + 1, shaft_radius, along(i)));
         const auto chain = Chain::of_block(places_[at_], radii_);
         if (at_ + 1 >= places_.size()) back_ = true;
         if (at_ == 0) back_ = false;
@@ -57,8 +58,11 @@ class Sliding {
     }
 
   private:
+    double along(int place) const { return step_ * (place / queries_ + 0.05 * (place % queries_)); }
+
     const FoldedTube& tube_;
     double step_;
+    int queries_;
     std::vector<std::vector<double>> places_; // made when first asked for
     std::vector<double> radii_;
     geometry::ChainContacts contacts_;
@@ -105,7 +109,8 @@ struct Bench {
     std::unique_ptr<EmbreeSpheres> embree = EmbreeSpheres::make(stomach_wall);
     std::vector<Vec3> on_wall = centres_on(stomach_tube.shaft_on_wall(spheres, shaft_radius, 0)),
                       anywhere = centres_anywhere();
-    Sliding at_rest{stomach_tube, 101, 0}, slow{stomach_tube, 101, 3e-5}, fast{stomach_tube, 101, 3e-4};
+    Sliding at_rest{stomach_tube, 101, 0}, slow{stomach_tube, 101, 3e-5}, fast{stomach_tube, 101, 3e-4},
+        faster{stomach_tube, 101, 1e-3}, fastest{stomach_tube, 101, 3e-3}, again{stomach_tube, 101, 3e-4, 4};
     Sliding in_colon{colon_tube, 150, 1e-4};
     // Tissue: small steps between two shapes, as a tissue model's every third tick.
     Surface soft_wall[2] = {stomach_tube.wall(27, 28), stomach_tube.wall(27, 28, 1e-4)};
@@ -148,6 +153,10 @@ std::vector<Task> Bench::tasks() {
     add("capsules", "at rest", 100, 40, [this] { return at_rest.next(stomach, margin); });
     add("capsules", "30 um a tick", 100, 40, [this] { return slow.next(stomach, margin); });
     add("capsules", "300 um a tick", 100, 40, [this] { return fast.next(stomach, margin); });
+    add("capsules", "1 mm a tick", 100, unjudged, [this] { return faster.next(stomach, margin); });
+    add("capsules", "3 mm a tick", 100, unjudged, [this] { return fastest.next(stomach, margin); });
+    add("capsules", "300 um a tick, 4 times in each", 100, 40,
+        [this] { return again.next(stomach, margin); });
     add("capsules-colon", "100 um a tick", 149, 250, [this] { return in_colon.next(colon, colon_margin); });
     add("refit", "3,000 triangles", static_cast<int>(refitted.triangles().size()), 15, [this] {
         refitted.move_vertices(soft_wall[++refit % 2].vertices);
@@ -192,9 +201,10 @@ int run_geometry(const std::vector<std::string>& arguments, std::ostream& out, s
                  "calot bench geometry");
     int rounds = 200;
     bool as_csv = false;
-    std::string only;
+    std::string only, setting;
     app.add_option("task", only,
                    "Only this: spheres, capsules, capsules-colon, refit, capsules-moving, inside, self");
+    app.add_option("--setting", setting, "Only settings that contain this, as \"300 um\"");
     app.add_option("--rounds", rounds, "Of thirty calls each; the quickest counts")
         ->check(CLI::Range(1, 100000))
         ->capture_default_str();
@@ -203,11 +213,15 @@ int run_geometry(const std::vector<std::string>& arguments, std::ostream& out, s
         app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend())); // as CLI11 takes them
         Bench bench;
         std::vector<Task> tasks = bench.tasks();
-        const auto is_unknown = [&](const Task& t) { return t.name != only; };
-        if (!only.empty() && std::all_of(tasks.begin(), tasks.end(), is_unknown))
+        const auto is_named = [&](const Task& t) { return only.empty() || t.name == only; };
+        const auto is_wanted = [&](const Task& t) {
+            return is_named(t) && t.setting.find(setting) != std::string::npos;
+        };
+        if (std::none_of(tasks.begin(), tasks.end(), is_named))
             throw host::UserError("", "task", "\"" + only + "\" is none; --help lists them");
-        if (!only.empty())
-            std::erase_if(tasks, [&](const Task& t) { return t.name != only && t.name != "spheres-embree"; });
+        if (std::none_of(tasks.begin(), tasks.end(), is_wanted))
+            throw host::UserError("", "--setting", "no task has one with \"" + setting + "\" in it");
+        std::erase_if(tasks, [&](const Task& t) { return !is_wanted(t) && t.name != "spheres-embree"; });
         time_all(tasks, rounds);
 
         std::vector<Row> rows;

@@ -24,8 +24,12 @@ void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double rea
     const detail::NearSegment segment(q0, q1, reach, s);
     scene.tree().around_segment(
         q0, q1, reach + static_cast<double>(s), [&](std::uint32_t leaf, bool near_q0) {
+            const TriangleScene::LeafPlane& plane = scene.plane(leaf);
+            const double lowest = static_cast<double>(plane.lowest) - static_cast<double>(s);
+            const double height0 = detail::height_over(plane, q0);
+            if (height0 < lowest && detail::height_over(plane, q1) < lowest) return; // all behind
             unsigned lanes = 0;
-            if (near_q0) { // faces are asked for the first end only
+            if (near_q0 && height0 >= lowest) { // faces are asked for the first end only
                 const std::uint32_t first = scene.tree().leaf_begin(leaf);
                 const TriangleScene::FaceBlock& block = scene.faces(leaf);
                 lanes = detail::lanes_below(block, q0, r, s);
@@ -38,9 +42,8 @@ void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double rea
             for (const TriangleScene::EdgeBlock& edges : scene.convex_edges(leaf))
                 for (lanes = segment.touching(edges); lanes != 0; lanes &= lanes - 1)
                     add_edge(edges, static_cast<std::uint32_t>(__builtin_ctz(lanes)));
-            for (const std::uint32_t vertex : scene.salient_vertices(leaf))
-                if (detail::vertex_may_touch(scene, vertex, q0, q1, reach, static_cast<double>(s)))
-                    add_vertex(vertex);
+            for (const TriangleScene::SalientVertex& vertex : scene.salient_vertices(leaf))
+                if (segment.touches(vertex)) add_vertex(vertex.vertex);
         });
 }
 

@@ -21,6 +21,11 @@ inline void load(Float8 (&to)[3], const float (&from)[3][8]) {
         to[k] = load8(from[k]);
 }
 
+// As high as a point is over the plane's normal, nought for a plane that is not known.
+inline double height_over(const TriangleScene::LeafPlane& plane, Vec3 p) {
+    return plane.normal[0] * p.x + plane.normal[1] * p.y + plane.normal[2] * p.z;
+}
+
 // A segment with a margin, before blocks of edges.
 struct NearSegment {
     Float8 start[3], along[3], inverse_length2, reach, slack;
@@ -71,9 +76,25 @@ struct NearSegment {
         pass &= (tilt <= zero) | (most(height, height + dot3(normal, along)) >= -slack);
         return mask8(pass);
     }
+
+    // The same of a vertex.
+    bool touches(const TriangleScene::SalientVertex& vertex) const {
+        const Float8 zero = splat8(0.0f), one = splat8(1.0f);
+        Float8 d[3], m[3], away[3];
+        for (int k = 0; k < 3; ++k)
+            d[k] = start[k] - splat8(vertex.place[k]);
+        const Float8 t = least(one, most(zero, -dot3(d, along) * inverse_length2));
+        for (int k = 0; k < 3; ++k)
+            m[k] = d[k] + t * along[k];
+        const Float8 limit = reach + slack;
+        load(away, vertex.away);
+        const Float8 over = dot3(away, d);
+        const Int8 pass = (dot3(m, m) <= limit * limit) & (least(over, over + dot3(away, along)) <= slack);
+        return mask8(pass) == 0xff;
+    }
 };
 
-// The same of a vertex.
+// May some point within `slack` of the segment's touch a vertex, of a surface without screens?
 inline bool vertex_may_touch(const TriangleScene& scene, std::uint32_t vertex, Vec3 p0, Vec3 p1, double reach,
                              double slack) {
     const Vec3 v = scene.vertices()[vertex], u = p1 - p0;

@@ -65,6 +65,17 @@ class TriangleScene {
         std::uint32_t edge[8];
     };
 
+    struct alignas(32) SalientVertex { // one that can be nearest to something outside
+        float away[3][8];              // unit, towards up to eight of its neighbours; 0 in unused lanes
+        float place[3];
+        std::uint32_t vertex;
+    };
+    // Whatever touches a leaf's parts from outside is not below this plane: the directions from which its
+    // faces, convex edges and salient vertices are touched all lead upwards. No normal: nothing is known.
+    struct LeafPlane {
+        float normal[3], lowest; // of all that is in the leaf
+    };
+
     TriangleScene() = default;
 
     // Merges the organs; vertices of one organ with identical coordinates become one, so that meshes split at
@@ -118,11 +129,12 @@ class TriangleScene {
     std::span<const EdgeBlock> convex_edges(std::uint32_t leaf) const {
         return std::span(edge_blocks_).subspan(leaf_edges_[leaf], leaf_edges_[leaf + 1] - leaf_edges_[leaf]);
     }
-    // Vertices that can be nearest to anything outside, by the leaf of their owner.
-    std::span<const std::uint32_t> salient_vertices(std::uint32_t leaf) const {
+    // By the leaf of their owner.
+    std::span<const SalientVertex> salient_vertices(std::uint32_t leaf) const {
         return std::span(leaf_vertices_)
             .subspan(leaf_vertex_begins_[leaf], leaf_vertex_begins_[leaf + 1] - leaf_vertex_begins_[leaf]);
     }
+    const LeafPlane& plane(std::uint32_t leaf) const { return leaf_planes_[leaf]; }
     bool is_salient(std::uint32_t vertex) const { return salient_[vertex]; }
     float screen_tolerance() const { return screen_tolerance_; }
 
@@ -164,7 +176,9 @@ class TriangleScene {
 
     std::vector<FaceBlock> faces_;
     std::vector<EdgeBlock> edge_blocks_;
-    std::vector<std::uint32_t> leaf_edges_, leaf_vertices_, leaf_vertex_begins_;
+    std::vector<std::uint32_t> leaf_edges_, leaf_vertex_begins_;
+    std::vector<SalientVertex> leaf_vertices_;
+    std::vector<LeafPlane> leaf_planes_;
     std::vector<bool> salient_;
     float screen_tolerance_ = 0;
 };
