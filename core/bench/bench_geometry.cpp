@@ -155,8 +155,7 @@ std::vector<Task> Bench::tasks() {
     add("capsules", "300 um a tick", 100, 40, [this] { return fast.next(stomach, margin); });
     add("capsules", "1 mm a tick", 100, unjudged, [this] { return faster.next(stomach, margin); });
     add("capsules", "3 mm a tick", 100, unjudged, [this] { return fastest.next(stomach, margin); });
-    add("capsules", "300 um a tick, 4 times in each", 100, 40,
-        [this] { return again.next(stomach, margin); });
+    add("capsules", "4 times in each of 300 um", 100, 40, [this] { return again.next(stomach, margin); });
     add("capsules-colon", "100 um a tick", 149, 250, [this] { return in_colon.next(colon, colon_margin); });
     add("refit", "3,000 triangles", static_cast<int>(refitted.triangles().size()), 15, [this] {
         refitted.move_vertices(soft_wall[++refit % 2].vertices);

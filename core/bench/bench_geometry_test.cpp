@@ -26,7 +26,7 @@ TEST(BenchGeometry, prints_a_row_for_each_setting_of_a_task) {
     std::size_t rows = 0;
     for (std::size_t at = 0; (at = out.find("\ncapsules,calot,100,", at)) != std::string::npos; ++at)
         ++rows;
-    EXPECT_EQ(rows, 3u) << out;
+    EXPECT_EQ(rows, 6u) << out;
 }
 
 TEST(BenchGeometry, refuses_what_it_does_not_time) {
@@ -34,6 +34,8 @@ TEST(BenchGeometry, refuses_what_it_does_not_time) {
     EXPECT_EQ(run({"cubes"}, out, errors), 2);
     EXPECT_NE(errors.find("\"cubes\""), std::string::npos) << errors;
     EXPECT_EQ(run({"--rounds", "0"}, out, errors), 2);
+    EXPECT_EQ(run({"--setting", "at ease"}, out, errors), 2);
+    EXPECT_NE(errors.find("\"at ease\""), std::string::npos) << errors;
 }
 
 TEST(BenchGeometry, its_shafts_lie_in_the_lumen_and_touch_the_wall) {

@@ -3,6 +3,7 @@
 #include "geometry/near_segment.hpp"
 
 #include <algorithm>
+#include <array>
 
 namespace calot::geometry {
 
@@ -20,31 +21,52 @@ void Candidates::gather(const TriangleScene& scene, Vec3 q0, Vec3 q1, double rea
     tolerance_ = 1e-6f + scene.screen_tolerance();
     complete_ = true;
     face_count_ = edge_count_ = vertex_count_ = 0;
-    const float r = static_cast<float>(reach), s = static_cast<float>(slack) + scene.screen_tolerance();
+    const float s = static_cast<float>(slack) + scene.screen_tolerance();
     const detail::NearSegment segment(q0, q1, reach, s);
+    // A leaf is a dozen cache lines and more: they are fetched while the tree is still being asked.
+    struct Near {
+        std::uint32_t leaf;
+        bool faces; // are asked for the first end only
+    };
+    std::array<Near, 64> waiting;
+    std::size_t count = 0;
+    const auto take = [&] {
+        for (std::size_t i = 0; i < count; ++i)
+            gather_leaf(scene, waiting[i].leaf, waiting[i].faces, segment);
+        count = 0;
+    };
     scene.tree().around_segment(
         q0, q1, reach + static_cast<double>(s), [&](std::uint32_t leaf, bool near_q0) {
             const TriangleScene::LeafPlane& plane = scene.plane(leaf);
             const double lowest = static_cast<double>(plane.lowest) - static_cast<double>(s);
             const double height0 = detail::height_over(plane, q0);
             if (height0 < lowest && detail::height_over(plane, q1) < lowest) return; // all behind
-            unsigned lanes = 0;
-            if (near_q0 && height0 >= lowest) { // faces are asked for the first end only
-                const std::uint32_t first = scene.tree().leaf_begin(leaf);
-                const TriangleScene::FaceBlock& block = scene.faces(leaf);
-                lanes = detail::lanes_below(block, q0, r, s);
-                lanes &= (1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1;
-                for (; lanes != 0; lanes &= lanes - 1) {
-                    const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
-                    add_face(block, lane, first + lane);
-                }
-            }
-            for (const TriangleScene::EdgeBlock& edges : scene.convex_edges(leaf))
-                for (lanes = segment.touching(edges); lanes != 0; lanes &= lanes - 1)
-                    add_edge(edges, static_cast<std::uint32_t>(__builtin_ctz(lanes)));
-            for (const TriangleScene::SalientVertex& vertex : scene.salient_vertices(leaf))
-                if (segment.touches(vertex)) add_vertex(vertex.vertex);
+            scene.prefetch(leaf);
+            if (count == waiting.size()) take();
+            waiting[count++] = {leaf, near_q0 && height0 >= lowest};
         });
+    take();
+}
+
+void Candidates::gather_leaf(const TriangleScene& scene, std::uint32_t leaf, bool near_q0,
+                             const detail::NearSegment& segment) {
+    unsigned lanes = 0;
+    if (near_q0) {
+        const std::uint32_t first = scene.tree().leaf_begin(leaf);
+        const TriangleScene::FaceBlock& block = scene.faces(leaf);
+        const float slack = static_cast<float>(slack_) + scene.screen_tolerance();
+        lanes = detail::lanes_below(block, q0_, static_cast<float>(reach_), slack);
+        lanes &= (1u << (scene.tree().leaf_begin(leaf + 1) - first)) - 1;
+        for (; lanes != 0; lanes &= lanes - 1) {
+            const auto lane = static_cast<std::uint32_t>(__builtin_ctz(lanes));
+            add_face(block, lane, first + lane);
+        }
+    }
+    for (const TriangleScene::EdgeBlock& edges : scene.convex_edges(leaf))
+        for (lanes = segment.touching(edges); lanes != 0; lanes &= lanes - 1)
+            add_edge(edges, static_cast<std::uint32_t>(__builtin_ctz(lanes)));
+    for (const TriangleScene::SalientVertex& vertex : scene.salient_vertices(leaf))
+        if (segment.touches(vertex)) add_vertex(vertex.vertex);
 }
 
 void Candidates::add_vertex(std::uint32_t vertex) {

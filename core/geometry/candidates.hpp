@@ -9,6 +9,10 @@
 
 namespace calot::geometry {
 
+namespace detail {
+struct NearSegment;
+}
+
 // Calls face(position), edge(index), vertex(index) for every part of a triangle whose leaf overlaps the box,
 // each part once.
 template<class Face, class EdgeVisit, class Vertex>
@@ -31,7 +35,7 @@ class Candidates {
   public:
     // Ends may move `slack`, m, before the tree is asked again. What rests wants short lists, what moves
     // wants to keep them for many ticks.
-    static constexpr double least_slack = 0.4e-3, least_moving_slack = 1e-3, most_slack = 2e-3;
+    static constexpr double least_slack = 0.4e-3, least_moving_slack = 1e-3, most_slack = 3.5e-3;
     static constexpr std::size_t most_faces = 224, most_edges = 224, most_vertices = 128;
 
     bool hold(std::uint64_t version, Vec3 p0, Vec3 p1, double reach) const {
@@ -42,7 +46,7 @@ class Candidates {
     // Is the first end, having come from `before`, on its way out?
     bool aging(Vec3 p0, Vec3 before) const {
         const Vec3 away = p0 - q0_;
-        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.5 * slack_ * slack_;
+        return dot(away, p0 - before) > 0.0 && norm2(away) > 0.7 * slack_ * slack_;
     }
 
     // Finds them anew, for scenes with screens only. complete(): there were not too many to remember.
@@ -80,6 +84,8 @@ class Candidates {
     EdgeLanes screen(const EdgeBlock& block, Vec3 p0, Vec3 p1, float reach) const;
     void screen_faces(const TriangleScene& scene);
     void screen_edges(const TriangleScene& scene);
+    void gather_leaf(const TriangleScene& scene, std::uint32_t leaf, bool near_q0,
+                     const detail::NearSegment& segment);
     void add_face(const TriangleScene::FaceBlock& block, std::uint32_t lane, std::uint32_t position);
     void add_vertex(std::uint32_t vertex);
     void add_edge(const TriangleScene::EdgeBlock& block, std::uint32_t lane);
@@ -119,6 +125,7 @@ inline unsigned lanes_below(const TriangleScene::FaceBlock& block, Vec3 p, float
     };
     const Float8 over = height(block.normal, block.offset);
     Int8 pass = (over >= least) & (over <= splat8(reach + slack));
+    if (mask8(pass) == 0) return 0;
     for (int k = 0; k < 3; ++k)
         pass &= height(block.inward[k], block.inward_offset[k]) >= least;
     return mask8(pass);

@@ -110,6 +110,7 @@ struct ChainContacts::Impl {
     // Never part of a result: they only save questions to the tree.
     std::vector<Candidates> candidates;
     std::vector<Vec3> last_nodes;
+    std::size_t last_count = 0; // of nodes that last_nodes tells of
     std::array<FewEdges, 2>
         crossed_edges; // of an even and an odd segment, between its node's turn and its own
 
@@ -139,17 +140,22 @@ bool Chain::acceptable(std::size_t most_nodes) const {
 // motion.
 void ChainContacts::Impl::refresh(const TriangleScene& scene, const Chain& chain, double margin) {
     const std::size_t n = chain.node_count();
+    if (last_count != n) { // nothing is known of its motion
+        for (std::size_t i = chain.first_segment; i < n; ++i)
+            last_nodes[i] = chain.node(i);
+        last_count = n;
+    }
     // Candidates shall last about a dozen ticks; the place to ask for is as far ahead as their slack allows.
     const auto slack_at = [&](std::size_t i, std::size_t end) {
         const double motion2 =
             std::max(norm2(chain.node(i) - last_nodes[i]), norm2(chain.node(end) - last_nodes[end]));
         const double least = scene.has_screens() ? Candidates::least_slack : Candidates::least_moving_slack;
-        return std::clamp(7.0 * std::sqrt(motion2), least, Candidates::most_slack);
+        return std::clamp(9.0 * std::sqrt(motion2), least, Candidates::most_slack);
     };
     const auto ahead = [&](std::size_t i, double slack) {
-        constexpr double ticks = 6.0;
+        constexpr double ticks = 9.0;
         const Vec3 p = chain.node(i), motion = ticks * (p - last_nodes[i]);
-        const double length = norm(motion), farthest = 0.8 * slack;
+        const double length = norm(motion), farthest = 0.9 * slack;
         return length <= farthest ? p + motion : p + (farthest / length) * motion;
     };
     // A few go before they must, so that a chain that moves as one does not ask for all of its nodes in one

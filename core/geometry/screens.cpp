@@ -84,20 +84,26 @@ bool salient(const TriangleScene& scene, std::uint32_t vertex, Directions& direc
                            [&](Vec3 w) { return dot(d, w) <= tolerance; });
     };
     const Vec3 outward = vertex_outward(scene, vertex);
-    bool is_salient = false;
+    bool is_salient = false, is_straight = false, is_behind = false;
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t j = 0; j < i; ++j) {
             Vec3 d = cross(away[i], away[j]);
-            if (norm(d) < 1e-3) return uncertain(); // folded or straight
+            if (norm(d) < 1e-3) {
+                if (dot(away[i], away[j]) > 0.0) return uncertain(); // folded
+                is_straight = true; // the cone is flat, and spanned by what other edges have with these
+                continue;
+            }
             d = (dot(d, outward) < 0.0 ? -1.0 : 1.0) / norm(d) * d;
             if (leads_off(d)) {
                 directions.add(d);
                 is_salient = true;
             } else if (leads_off(-d)) {
-                directions.lose(); // a corner that is turned inside out
+                is_behind = true;
             }
         }
-    if (is_salient && !is_surrounded(scene, vertex)) directions.lose();
+    if (is_straight && !is_salient) return uncertain();
+    // A corner that is turned inside out, or open.
+    if (is_salient && (is_behind || !is_surrounded(scene, vertex))) directions.lose();
     return is_salient;
 }
 

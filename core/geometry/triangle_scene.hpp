@@ -9,6 +9,7 @@
 #include "geometry/vec3.hpp"
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -135,6 +136,18 @@ class TriangleScene {
             .subspan(leaf_vertex_begins_[leaf], leaf_vertex_begins_[leaf + 1] - leaf_vertex_begins_[leaf]);
     }
     const LeafPlane& plane(std::uint32_t leaf) const { return leaf_planes_[leaf]; }
+    // Asks the processor for what belongs to a leaf.
+    void prefetch(std::uint32_t leaf) const {
+        const auto ask = [](const auto& block) {
+            for (std::size_t at = 0; at < sizeof block; at += 64)
+                __builtin_prefetch(reinterpret_cast<const std::byte*>(&block) + at);
+        };
+        ask(faces_[leaf]);
+        for (const EdgeBlock& edges : convex_edges(leaf))
+            ask(edges);
+        for (const SalientVertex& vertex : salient_vertices(leaf))
+            ask(vertex);
+    }
     bool is_salient(std::uint32_t vertex) const { return salient_[vertex]; }
     float screen_tolerance() const { return screen_tolerance_; }
 
