@@ -89,7 +89,11 @@ std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
     UniformRod uniform;
     uniform.nodes = 40, uniform.length = 0.2;
     uniform = UniformRod::of(o, uniform);
-    const double load = o.load.value_or(4.77);
+    // What is beyond the guide is so short as not to buckle under four times the load (below): four segments
+    // at least, or it is no rod.
+    const double four = 4 * uniform.length / (uniform.nodes - 1);
+    const double most = 2.47 * uniform.bending / (4 * four * four);
+    const double load = o.load.value_or(std::min(4.77, most));
     std::vector<Row> rows;
     std::vector<double> masses{0.05, 0.5};
     if (o.mass_per_length) masses = {*o.mass_per_length};
@@ -116,6 +120,11 @@ std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
                 setting("kg", scene.tool_mass) + " " + setting("N/m", scene.body_stiffness);
             rows.push_back(
                 absolute_row("press", o, rod, "deviation", p.deviation, 0, p.deviation, 0.05, label));
+            if (load > 2 * most)
+                rows.back().remark =
+                    "what is short enough not to buckle under this load is shorter than three "
+                    "segments: give less than " +
+                    setting("N", most) + ", or more --nodes";
             rows.push_back(relative_row("press", o, rod, "held_force", p.held_force, load, 0.05, label));
             rows.push_back(
                 absolute_row("press", o, rod, "growth", p.growth, 0, std::max(0.0, p.growth), 1e-4, label));

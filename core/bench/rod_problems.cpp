@@ -111,7 +111,8 @@ constexpr RodProblem problems[] = {
      "tissue of "
      "three ticks a step), held, driven out and in at 5 Hz, held, withdrawn; light and heavy (0.05 and 0.5 "
      "kg/m, or "
-     "--mass-per-length). --load: N at rest, 4.77 unless given. deviation of the tip from the coupled "
+     "--mass-per-length). --load: N at rest, 4.77 (less if the rod would buckle) unless given. deviation of "
+     "the tip from the coupled "
      "solution of "
      "two masses (2 us steps) over its stroke; held_force, N; growth of what still swings while it is held.",
      "press --load 2 --mass-per-length 0.2"},
