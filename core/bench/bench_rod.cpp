@@ -123,10 +123,31 @@ void BenchRod::set_drag(double drag) {
     check(functions().set_segments(self(), &s, &error_), "rod.set_segments");
 }
 
-void BenchRod::step(std::span<const calot_contact> contacts) {
+void BenchRod::take_part(std::span<const calot_contact> contacts) {
     input.contacts = {contacts.data(), contacts.size(), sizeof(calot_contact)};
     output_.contact_impulse = {impulse_.data(), 3 * contacts.size()};
     check(functions().step(self(), &input, &output_, &error_), "rod.step");
+}
+
+void BenchRod::step(std::span<const calot_contact> contacts) {
+    take_part(contacts);
+    ++input.tick;
+}
+
+void BenchRod::step_in_parts(const std::function<std::span<const calot_contact>()>& find, double farthest) {
+    constexpr int most_parts = 32;
+    const calot_rod_end base = input.base;
+    double left = setup_.rod.dt;
+    for (int part = 1; left > 1e-9 * setup_.rod.dt; ++part) {
+        input.duration = left, input.farthest = part < most_parts ? farthest : 0;
+        take_part(find());
+        const double elapsed = output_.elapsed > 0 ? output_.elapsed : left;
+        left -= elapsed;
+        for (calot_coupling* c : {&input.base.insertion, &input.base.rotation})
+            c->target += elapsed * c->velocity;
+    }
+    input.base = base;
+    input.duration = input.farthest = 0;
     ++input.tick;
 }
 

@@ -86,6 +86,9 @@ class BenchRod {
     void set_drag(double drag);
 
     void step(std::span<const calot_contact> contacts = {});
+    /// One step in as many parts as the rod takes it in: `find` tells the contacts of the state that a part
+    /// begins with, which hold until a node has gone `farthest` (m). Impulses are then the last part's.
+    void step_in_parts(const std::function<std::span<const calot_contact>()>& find, double farthest);
     /// Reads the present state without a step.
     void refresh();
     /// Steps until nothing moves faster than `speed` (m/s) for 20 steps and a third of the lowest mode's
@@ -110,6 +113,7 @@ class BenchRod {
     host::Instance& instance() { return instance_; }
 
   private:
+    void take_part(std::span<const calot_contact> contacts);
     void check(calot_status status, const char* function) const;
     const calot_rod& functions() const { return *static_cast<const calot_rod*>(instance_.abi()->kind); }
     void* self() const { return instance_.abi()->self; }

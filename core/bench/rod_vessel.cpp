@@ -81,12 +81,19 @@ PushedRod::PushedRod(const MakeInstance& make, const RodOptions& o, double load,
 
 bool PushedRod::step() {
     if (rod_.seconds() >= longest_ || is_blocked()) return false;
-    const auto& contacts = lumen_.contacts(rod_);
-    for (const calot_contact& c : contacts)
-        penetration_ = std::max(penetration_, -c.gap);
+    double looking_up = 0;
+    std::span<const calot_contact> contacts;
+    const auto find = [&] {
+        const double start = cpu_seconds();
+        contacts = lumen_.contacts(rod_);
+        for (const calot_contact& c : contacts)
+            penetration_ = std::max(penetration_, -c.gap);
+        looking_up += cpu_seconds() - start;
+        return contacts;
+    };
     const double start = cpu_seconds();
-    rod_.step(contacts);
-    step_seconds_ = cpu_seconds() - start;
+    rod_.step_in_parts(find, scale_ * holds_for_);
+    step_seconds_ = cpu_seconds() - start - looking_up;
     std::fill(colliding_.begin(), colliding_.end(), false);
     for (std::size_t k = 0; k < contacts.size(); ++k)
         if (norm(rod_.impulse(k)) > 0) colliding_[contacts[k].segment + 1] = true;

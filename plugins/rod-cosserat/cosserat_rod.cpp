@@ -125,14 +125,11 @@ void CosseratRod::update_joints() {
 }
 
 void CosseratRod::reset(Vec3 base, Quat orientation) {
-    // CoRdE's discrete Darboux vector is u = (2/l) Im(conjugate(q_a) q_b): the frame that follows q_a at rest
-    // is q_a p with Im p = u l / 2. A half cell at the base lies between the cross-section given and the
-    // first segment.
+    // The frame that follows q_a at rest is q_a turned by the rest of its joint. A half cell at the base lies
+    // between the cross-section given and the first segment.
     const auto turn = [&](int i) {
-        Vec3 v{rest1_[i] / per_cell_[i], rest2_[i] / per_cell_[i], rest3_[i] / per_twist_cell_[i]};
-        const double s = std::min(norm(v), 1.0);
-        if (norm(v) > 1.0) v = (1.0 / norm(v)) * v;
-        return Quat{std::sqrt(1.0 - s * s), v.x, v.y, v.z};
+        return turn_of_measure(
+            {rest1_[i] / per_cell_[i], rest2_[i] / per_cell_[i], rest3_[i] / per_twist_cell_[i]});
     };
     Quat q = normalized(orientation);
     Vec3 p = base;
@@ -400,7 +397,7 @@ Quat CosseratRod::tip_frame() const {
     const double c = 1.0 / per_cell_[i];
     const Vec3 half{c * (rest1_[i] + m.x / k1_[i]), c * (rest2_[i] + m.y / k2_[i]),
                     c * (rest3_[i] + m.z / k3_[i])};
-    return normalized(q * Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z});
+    return normalized(q * turn_of_measure(half));
 }
 
 Quat CosseratRod::base_frame() const {
@@ -411,8 +408,7 @@ Quat CosseratRod::base_frame() const {
     const double c = 1.0 / per_cell_[0];
     const Vec3 half{c * (rest1_[0] + m.x / k1_[0]), c * (rest2_[0] + m.y / k2_[0]),
                     c * (rest3_[0] + m.z / k3_[0])};
-    return normalized(
-        q * conjugate(Quat{std::sqrt(std::max(0.0, 1.0 - dot(half, half))), half.x, half.y, half.z}));
+    return normalized(q * conjugate(turn_of_measure(half)));
 }
 
 double CosseratRod::arc_length() const {
@@ -443,7 +439,8 @@ RodEnergies CosseratRod::energies() const {
         else
             a = frame(i - 1), b = frame(i);
         const Quat p = conjugate(a) * b;
-        const double s = p.w < 0.0 ? -1.0 : 1.0, s1 = s * per_cell_[i], s3 = s * per_twist_cell_[i];
+        const double s = (p.w < 0.0 ? -1.0 : 1.0) * turn_factor(std::fabs(p.w)), s1 = s * per_cell_[i],
+                     s3 = s * per_twist_cell_[i];
         const double d1 = s1 * p.x - rest1_[i], d2 = s1 * p.y - rest2_[i], d3 = s3 * p.z - rest3_[i];
         e.bending += (k1_[i] * d1 * d1 + k2_[i] * d2 * d2) / per_cell_[i];
         e.twist += k3_[i] * d3 * d3 / per_twist_cell_[i];

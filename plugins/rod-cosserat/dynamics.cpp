@@ -70,9 +70,11 @@ void CosseratRod::hold_to_axis() {
 }
 
 // CoRdE (Spillmann & Teschner 2007, eq. 5 to 9): u_k = (2/l) B_k q_a . q_b, the imaginary part of p =
-// conjugate(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Turning q_b by a small angle a (material frame of
-// q_a) changes Im p by (p_0 a + a x v)/2, v = Im p, so the moment on q_a is p_0 m + v x m with m = K (u -
-// u_0), and its negative on q_b.
+// conjugate(q_a) q_b; energy l/2 sum K_k (u_k - u_k0)^2. Its moment falls again beyond a joint's right angle:
+// a shaft pressed together kinks there and stays so. Here u_k is that times g(p_0), turn_factor(), whose
+// moment rises to the half turn. Turning q_b by a small angle a (material frame of q_a) changes v = Im p by
+// (p_0 a + a x v)/2 and p_0 by -(v . a)/2, so with m = K (u - u_0) the moment on q_a is g (p_0 m + v x m) -
+// g' (v . m) v, and its negative on q_b.
 void CosseratRod::joint_moments(double h, bool advance) {
     const double *qw = qw_.data(), *qx = qx_.data(), *qy = qy_.data(), *qz = qz_.data();
     const double *k1 = k1_.data(), *k2 = k2_.data(), *k3 = k3_.data(), *r1 = rest1_.data(),
@@ -91,7 +93,8 @@ void CosseratRod::joint_moments(double h, bool advance) {
         const double v1 = sign * (aw * bx - ax * bw - ay * bz + az * by);
         const double v2 = sign * (aw * by + ax * bz - ay * bw - az * bx);
         const double v3 = sign * (aw * bz - ax * by + ay * bx - az * bw);
-        double s1 = pc[i] * v1, s2 = pc[i] * v2;
+        const double g0 = turn_factor(c0), slope = turn_factor_slope(c0, g0);
+        double s1 = pc[i] * g0 * v1, s2 = pc[i] * g0 * v2;
         d1[i] = rate * (s1 - l1[i]) + kept * d1[i];
         d2[i] = rate * (s2 - l2[i]) + kept * d2[i];
         l1[i] = fresh * s1 + kept * l1[i];
@@ -99,10 +102,12 @@ void CosseratRod::joint_moments(double h, bool advance) {
         const double tau = std::min(visc[i], cap);
         s1 += tau * d1[i];
         s2 += tau * d2[i];
-        const double m1 = k1[i] * (s1 - r1[i]), m2 = k2[i] * (s2 - r2[i]), m3 = k3[i] * (pt[i] * v3 - r3[i]);
-        const double g1 = c0 * m1 + v2 * m3 - v3 * m2;
-        const double g2 = c0 * m2 + v3 * m1 - v1 * m3;
-        const double g3 = c0 * m3 + v1 * m2 - v2 * m1;
+        const double m1 = k1[i] * (s1 - r1[i]), m2 = k2[i] * (s2 - r2[i]),
+                     m3 = k3[i] * (pt[i] * g0 * v3 - r3[i]);
+        const double more = -slope * (v1 * m1 + v2 * m2 + v3 * m3);
+        const double g1 = g0 * (c0 * m1 + v2 * m3 - v3 * m2) + more * v1;
+        const double g2 = g0 * (c0 * m2 + v3 * m1 - v1 * m3) + more * v2;
+        const double g3 = g0 * (c0 * m3 + v1 * m2 - v2 * m1) + more * v3;
         const double w1 = 2.0 * (ay * g3 - az * g2), w2 = 2.0 * (az * g1 - ax * g3),
                      w3 = 2.0 * (ax * g2 - ay * g1);
         gx[i] = g1 + aw * w1 + ay * w3 - az * w2;
@@ -116,9 +121,10 @@ void CosseratRod::joint_moments(double h, bool advance) {
 Vec3 CosseratRod::joint_moment(int i, const Quat& a, const Quat& b) const {
     Quat p = conjugate(a) * b;
     if (p.w < 0.0) p = {-p.w, -p.x, -p.y, -p.z};
-    const Vec3 m{k1_[i] * (per_cell_[i] * p.x - rest1_[i]), k2_[i] * (per_cell_[i] * p.y - rest2_[i]),
-                 k3_[i] * (per_twist_cell_[i] * p.z - rest3_[i])};
-    return rotate(a, p.w * m + cross({p.x, p.y, p.z}, m));
+    const double g = turn_factor(p.w), s = g * per_cell_[i], s3 = g * per_twist_cell_[i];
+    const Vec3 v{p.x, p.y, p.z},
+        m{k1_[i] * (s * p.x - rest1_[i]), k2_[i] * (s * p.y - rest2_[i]), k3_[i] * (s3 * p.z - rest3_[i])};
+    return rotate(a, g * (p.w * m + cross(v, m)) - (turn_factor_slope(p.w, g) * dot(v, m)) * v);
 }
 
 // Joint i turns segment i-1 with +G_i and segment i with -G_i. What a segment receives across its direction

@@ -28,17 +28,6 @@ inline Vec3 in_frame(const Quat& q, const Vec3& v) {
     return {dot(v, axis_x(q)), dot(v, axis_y(q)), dot(v, axis_z(q))};
 }
 
-/// A turn by phi is measured as 4 sin(phi / 4): twice the quaternion's imaginary part times this factor of
-/// its real part w. The moment that goes with it, EI/c 2 sin(phi / 2), is weaker than EI/c phi by phi^2 / 24;
-/// of the measures tried, with chords for arcs, it leaves the least error of second order at large loads.
-inline double turn_factor(double w) {
-    return std::sqrt(2.0 / (1.0 + w));
-}
-/// Its derivative, given the factor.
-inline double turn_factor_slope(double w, double factor) {
-    return -0.5 * factor / (1.0 + w);
-}
-
 /// The measure of a unit quaternion's turn, the short way round.
 inline Vec3 turn_vector(const Quat& q) {
     const double sign = q.w < 0.0 ? -1.0 : 1.0, s = 2.0 * sign * turn_factor(sign * q.w);

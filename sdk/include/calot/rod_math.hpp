@@ -3,6 +3,7 @@
 
 #include <calot/math.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace calot {
@@ -25,6 +26,22 @@ inline Quat blend(const Quat& a, const Quat& b, double s) {
 inline Quat short_turn(const Quat& a, const Quat& b) {
     const Quat p = conjugate(a) * b;
     return p.w < 0.0 ? Quat{-p.w, -p.x, -p.y, -p.z} : p;
+}
+
+/// A turn by phi is measured as 4 sin(phi / 4): twice the quaternion's imaginary part times this factor of
+/// its real part w. The moment that goes with it, EI/c 2 sin(phi / 2), is weaker than EI/c phi by phi^2 / 24;
+/// of the measures tried, with chords for arcs, it leaves the least error of second order at large loads.
+inline double turn_factor(double w) {
+    return std::sqrt(2.0 / (1.0 + w));
+}
+/// Its derivative, given the factor.
+inline double turn_factor_slope(double w, double factor) {
+    return -0.5 * factor / (1.0 + w);
+}
+/// The turn of which half the measure is v.
+inline Quat turn_of_measure(const Vec3& v) {
+    const double square = std::min(dot(v, v), 2.0), s = std::sqrt(1.0 - 0.25 * square);
+    return normalized(Quat{1.0 - 0.5 * square, s * v.x, s * v.y, s * v.z});
 }
 
 /// The turn whose vector part is v: unit where |v| <= 1.
