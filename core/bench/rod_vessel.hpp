@@ -40,7 +40,8 @@ class PushedRod {
 
   private:
     static constexpr double blocked_at_ = 0.33; // s
-    static constexpr double holds_for_ = 5e-4; // m that a node goes before contacts are looked up anew, at scale 1
+    static constexpr double holds_for_ =
+        5e-4; // m that a node goes before contacts are looked up anew, at scale 1
     static BenchRod::Setup setup(const UniformRod& uniform);
 
     UniformRod uniform_;
