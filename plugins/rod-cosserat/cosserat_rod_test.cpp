@@ -454,48 +454,5 @@ TEST(CosseratRod, a_saved_state_resumes_to_the_same_bits) {
     EXPECT_FALSE(second.load(a));
 }
 
-// The rod flies without forces: in parts as in one.
-TEST(CosseratRod, ends_a_step_where_it_has_gone_as_far_as_it_may) {
-    CosseratRod rod = Rod(41, 0.4).make();
-    RodStep in;
-    CosseratRod whole = Rod(41, 0.4).make();
-    in.gravity = {0, 5000, 0};
-    ASSERT_TRUE(rod.step(in) && whole.step(in)); // 5 m/s
-    in.gravity = {};
-    ASSERT_TRUE(whole.step(in));
-    EXPECT_DOUBLE_EQ(whole.elapsed(), 1e-3);
-    in.farthest = 1e-3;
-    int parts = 0;
-    for (double left = 1e-3; left > 1e-12; ++parts) {
-        ASSERT_LT(parts, 20);
-        const Vec3 before = rod.position(20);
-        in.dt = left;
-        ASSERT_TRUE(rod.step(in));
-        ASSERT_GT(rod.elapsed(), 0);
-        ASSERT_LE(rod.elapsed(), left * (1 + 1e-9));
-        EXPECT_LE(norm(rod.position(20) - before), 1.25e-3) << "in part " << parts;
-        left -= rod.elapsed();
-    }
-    EXPECT_GE(parts, 4) << "5 mm in parts of about 1 mm";
-    EXPECT_LT(norm(rod.position(20) - whole.position(20)), 1e-9);
-}
-
-TEST(CosseratRod, brings_a_clamp_all_the_way_in_parts) {
-    CosseratRod rod = Rod(41, 0.4).make();
-    RodStep in;
-    in.base.mode = RodEndMode::clamped, in.base.orientation = along_x;
-    in.base.position = {3e-3, 0, 0};
-    in.farthest = 1e-3;
-    int parts = 0;
-    for (double left = 1e-3; left > 1e-12; ++parts) {
-        ASSERT_LT(parts, 40);
-        in.dt = left;
-        ASSERT_TRUE(rod.step(in));
-        left -= rod.elapsed();
-    }
-    EXPECT_GT(parts, 2);
-    EXPECT_LT(norm(rod.position(0) - in.base.position), 1e-12);
-}
-
 } // namespace
 } // namespace calot::rod_cosserat

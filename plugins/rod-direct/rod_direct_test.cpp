@@ -155,48 +155,5 @@ TEST(DirectRod, a_step_that_overflows_leaves_it_where_it_was_and_at_rest) {
     EXPECT_EQ(rod.velocity(40), Vec3{});
 }
 
-// The rod flies without forces: in parts as in one.
-TEST(DirectRod, ends_a_step_where_it_has_gone_as_far_as_it_may) {
-    DirectRod rod = straight({});
-    RodStep in;
-    DirectRod whole = straight({});
-    in.gravity = {0, 5000, 0};
-    ASSERT_TRUE(rod.step(in) && whole.step(in)); // 5 m/s
-    in.gravity = {};
-    ASSERT_TRUE(whole.step(in));
-    EXPECT_DOUBLE_EQ(whole.elapsed(), 1e-3);
-    in.farthest = 1e-3;
-    int parts = 0;
-    for (double left = 1e-3; left > 1e-12; ++parts) {
-        ASSERT_LT(parts, 20);
-        const Vec3 before = rod.position(20);
-        in.dt = left;
-        ASSERT_TRUE(rod.step(in));
-        ASSERT_GT(rod.elapsed(), 0);
-        ASSERT_LE(rod.elapsed(), left * (1 + 1e-9));
-        EXPECT_LE(norm(rod.position(20) - before), 1.25e-3) << "in part " << parts;
-        left -= rod.elapsed();
-    }
-    EXPECT_GE(parts, 4) << "5 mm in parts of about 1 mm";
-    EXPECT_LT(norm(rod.position(20) - whole.position(20)), 1e-9);
-}
-
-TEST(DirectRod, brings_a_clamp_all_the_way_in_parts) {
-    DirectRod rod = straight({});
-    RodStep in;
-    in.base.mode = RodEndMode::clamped, in.base.orientation = along_x;
-    in.base.position = {3e-3, 0, 0};
-    in.farthest = 1e-3;
-    int parts = 0;
-    for (double left = 1e-3; left > 1e-12; ++parts) {
-        ASSERT_LT(parts, 40);
-        in.dt = left;
-        ASSERT_TRUE(rod.step(in));
-        left -= rod.elapsed();
-    }
-    EXPECT_GT(parts, 2);
-    EXPECT_LT(norm(rod.position(0) - in.base.position), 1e-12);
-}
-
 } // namespace
 } // namespace calot::rod_direct
