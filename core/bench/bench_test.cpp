@@ -5,8 +5,7 @@
 #include "bench/references.hpp"
 #include "bench/rod_problems.hpp"
 #include "bench/self_contact.hpp"
-#include "host/plugins.hpp"
-#include "host/services.hpp"
+#include "bench/test_plugins.hpp"
 #include "simulation/endoscope_datasheet.hpp"
 
 #include <gtest/gtest.h>
@@ -17,17 +16,6 @@
 
 namespace calot::bench {
 namespace {
-
-host::Plugins& plugins() {
-    static host::Services services;
-    static host::Plugins all(services, [] {
-        host::Plugins::Options options = host::Plugins::defaults();
-        options.places = {{.folder = CALOT_BINARY_DIR "/lib/calot/plugins", .origin = "the build"}};
-        options.probe_program = CALOT_BINARY_DIR "/bin/calot-probe";
-        return options;
-    }());
-    return all;
-}
 
 int run(std::vector<std::string> arguments, std::string& out, std::string& errors) {
     std::ostringstream o, e;

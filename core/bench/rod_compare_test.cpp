@@ -3,8 +3,7 @@
 #include "bench/block_solve.hpp"
 #include "bench/floors.hpp"
 #include "bench/rod_problems.hpp"
-#include "host/plugins.hpp"
-#include "host/services.hpp"
+#include "bench/test_plugins.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,17 +17,6 @@ namespace calot::bench {
 namespace {
 
 namespace fs = std::filesystem;
-
-host::Plugins& plugins() {
-    static host::Services services;
-    static host::Plugins all(services, [] {
-        host::Plugins::Options options = host::Plugins::defaults();
-        options.places = {{.folder = CALOT_BINARY_DIR "/lib/calot/plugins", .origin = "the build"}};
-        options.probe_program = CALOT_BINARY_DIR "/bin/calot-probe";
-        return options;
-    }());
-    return all;
-}
 
 // Lines of CSV without the header, split at the commas.
 std::vector<std::vector<std::string>> run_csv(std::vector<std::string> arguments, int& code) {

@@ -3,8 +3,7 @@
 #include "bench/rod_soak.hpp"
 #include "bench/rough_hands.hpp"
 #include "bench/soak_judge.hpp"
-#include "host/plugins.hpp"
-#include "host/services.hpp"
+#include "bench/test_plugins.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,17 +13,6 @@
 
 namespace calot::bench {
 namespace {
-
-host::Plugins& plugins() {
-    static host::Services services;
-    static host::Plugins all(services, [] {
-        host::Plugins::Options options = host::Plugins::defaults();
-        options.places = {{.folder = CALOT_BINARY_DIR "/lib/calot/plugins", .origin = "the build"}};
-        options.probe_program = CALOT_BINARY_DIR "/bin/calot-probe";
-        return options;
-    }());
-    return all;
-}
 
 std::vector<calot_controls> motion(std::uint64_t seed, int ticks) {
     RoughHands hands(seed);

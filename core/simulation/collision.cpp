@@ -12,8 +12,6 @@
 
 namespace calot::simulation {
 
-namespace {} // namespace
-
 struct Collision::Impl {
     const geometry::TriangleScene& scene;
     std::vector<double> radius;
