@@ -19,6 +19,10 @@ constexpr double longest_substep = 1e-4;
 constexpr double numerical_viscosity = 1e-6;
 // Bending damping acts up to this share of the undamped substep, then costs half as many substeps again.
 constexpr double most_viscosity = 5.0 / 12.0;
+// s, the most of torsion damping that acts. It sees how spins differ, not how the turning of segments twists
+// their frames against each other, so twist that contacts shake into the shaft has to die within its time: at
+// 1 ms a shaft in rough hands holds less than 1 J of it, at 5 ms 10 J, at 20 ms 40 J.
+constexpr double most_twist_viscosity = 1e-3;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do within a substep.
 constexpr double speed_limit = 20.0; // m/s
 // While contacts may close and are not looked up anew: they are up to two ticks old, and in 6 mm a wall
@@ -58,8 +62,8 @@ CosseratRod::CosseratRod(const RodDescription& d, std::span<const double> parame
                      &gx_,        &gy_,
                      &gz_})
         a->assign(n, 0.0);
-    for (Array* a : {&qw_, &qx_, &qy_, &qz_, &length_, &inverse_length_, &spin_, &polar_, &torque_,
-                     &slow_spin_, &twist_diagonal_, &twist_off_, &twist_unit_})
+    for (Array* a : {&qw_, &qx_, &qy_, &qz_, &length_, &inverse_length_, &spin_, &next_spin_, &polar_,
+                     &torque_, &slow_spin_, &twist_diagonal_, &twist_off_, &twist_unit_})
         a->assign(m, 0.0);
     for (Array* a : {&mass_per_length_, &radius_, &bending_1_, &bending_2_, &torsion_, &bending_damping_,
                      &torsion_damping_, &drag_, &friction_})
@@ -116,7 +120,8 @@ void CosseratRod::update_joints() {
         k3_[i] = series(la, torsion_[a], lb, torsion_[b]);
         viscosity_[i] =
             numerical_viscosity + (la * bending_damping_[a] + lb * bending_damping_[b]) / (la + lb);
-        twist_viscosity_[i] = (la * torsion_damping_[a] + lb * torsion_damping_[b]) / (la + lb);
+        twist_viscosity_[i] =
+            std::min((la * torsion_damping_[a] + lb * torsion_damping_[b]) / (la + lb), most_twist_viscosity);
         per_cell_[i] = per_twist_cell_[i] = 2.0 / (la + lb);
         rest1_[i] = (la * rest_darboux_[3 * a] + lb * rest_darboux_[3 * b]) / (la + lb);
         rest2_[i] = (la * rest_darboux_[3 * a + 1] + lb * rest_darboux_[3 * b + 1]) / (la + lb);
@@ -174,7 +179,7 @@ void CosseratRod::come_to_rest() {
     now_ = {};
     update_joints();
     directions();
-    elastic_forces(1.0, true);
+    elastic_moments(1.0, true);
     std::fill(rate1_.begin(), rate1_.end(), 0.0);
     std::fill(rate2_.begin(), rate2_.end(), 0.0);
 }
@@ -262,7 +267,7 @@ bool CosseratRod::step(const RodStep& input) {
     const double h = input.dt / substeps_;
     factor_twist(h);
     prepare_contacts();
-    elastic_forces(h, false);
+    elastic_moments(h, false);
     int done = 0;
     while (done < substeps_) {
         substep(h, done++);
@@ -301,9 +306,12 @@ bool CosseratRod::is_far_enough(double further) const {
 void CosseratRod::substep(double h, int index) {
     const double progress = (index + 1.0) / substeps_;
     if (row_count_ > 0) begin_contacts(h, progress);
+    base_torque_ += twist(h, progress, next_spin_) * now_.guide.direction;
+    spin_.swap(next_spin_);
+    twist_moments(h, spin_);
+    elastic_forces();
     kick(h, half_kick_, progress);
     half_kick_ = 1.0;
-    twist(h, progress);
     drift(h, progress);
     for (int k = 0; k < most_rounds; ++k) {
         const auto t0 = timing_ ? Clock::now() : Clock::time_point{};
@@ -318,12 +326,14 @@ void CosseratRod::substep(double h, int index) {
     limit_speed(h);
     if (row_count_ > 0) end_contacts(h);
     turn_frames(h);
-    elastic_forces(h, true);
+    elastic_moments(h, true);
 }
 
-// Bounds speeds and keeps the positions that go with them.
+// Bounds speeds, of surfaces too, and keeps the positions that go with them.
 void CosseratRod::limit_speed(double h) {
     const double limit = row_count_ > 0 && !(now_.farthest > 0.0) ? speed_limit_in_contact : speed_limit;
+    for (int j = 0; j < n_ - 1; ++j)
+        spin_[j] = std::clamp(spin_[j], -limit / radius_[j], limit / radius_[j]);
     double top = 0.0;
     for (int i = 0; i < n_; ++i)
         top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
@@ -349,6 +359,9 @@ bool CosseratRod::all_finite() const {
 // Leapfrog velocities are half a substep behind the positions. What is shown is brought to the same time:
 // half a kick, then made compatible with the lengths, as RATTLE does (Andersen 1983).
 void CosseratRod::publish(double h) {
+    twist(h, 1.0, next_spin_);
+    twist_moments(h, next_spin_);
+    elastic_forces();
     double* right = right_.data();
     for (int i = 0; i < n_; ++i) {
         const double s = 0.5 * h * w_[i];

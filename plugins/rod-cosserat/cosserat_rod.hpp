@@ -97,7 +97,9 @@ class CosseratRod {
     void choose_substeps();
     void factor_twist(double h);
     void directions();
-    void elastic_forces(double h, bool advance);
+    void elastic_moments(double h, bool advance);
+    void twist_moments(double ahead, std::span<const double> spin);
+    void elastic_forces();
     void joint_moments(double h, bool advance);
     Vec3 joint_moment(int joint, const Quat& a, const Quat& b) const;
     void kick(double h, double fraction, double progress);
@@ -106,7 +108,7 @@ class CosseratRod {
     void project_lengths(double h);
     double solve_lengths(double h);
     void limit_speed(double h);
-    void twist(double h, double progress);
+    double twist(double h, double progress, std::span<double> spin) const;
     void turn_frames(double h);
     void hold_end(bool base, double progress);
     void publish(double dt);
@@ -132,7 +134,7 @@ class CosseratRod {
     // Nodes: N values.
     Array x_, y_, z_, vx_, vy_, vz_, out_vx_, out_vy_, out_vz_, fx_, fy_, fz_, mass_, w_, node_drag_, slow_;
     // Segments: N-1 values.
-    Array qw_, qx_, qy_, qz_, length_, inverse_length_, spin_, polar_, torque_, slow_spin_;
+    Array qw_, qx_, qy_, qz_, length_, inverse_length_, spin_, next_spin_, polar_, torque_, slow_spin_;
     Array mass_per_length_, radius_, bending_1_, bending_2_, torsion_, bending_damping_, torsion_damping_,
         drag_, friction_;
     // Segments with a zero on either side: segment j at j+1. t is the direction at the substep's start.

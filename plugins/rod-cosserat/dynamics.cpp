@@ -127,10 +127,9 @@ Vec3 CosseratRod::joint_moment(int i, const Quat& a, const Quat& b) const {
     return rotate(a, g * (p.w * m + cross(v, m)) - (turn_factor_slope(p.w, g) * dot(v, m)) * v);
 }
 
-// Joint i turns segment i-1 with +G_i and segment i with -G_i. What a segment receives across its direction
-// becomes a couple of forces on its two nodes, what it receives along it drives its spin. `advance`: a
-// substep has passed since the last call, so the viscous rates are renewed.
-void CosseratRod::elastic_forces(double h, bool advance) {
+// Joint i turns segment i-1 with +G_i and segment i with -G_i; what a segment receives along its direction
+// drives its spin. `advance`: a substep has passed since the last call, so the viscous rates are renewed.
+void CosseratRod::elastic_moments(double h, bool advance) {
     joint_moments(h, advance);
     const int last = n_ - 1;
     const auto put = [&](int i, Vec3 g) { gx_[i] = g.x, gy_[i] = g.y, gz_[i] = g.z; };
@@ -143,14 +142,47 @@ void CosseratRod::elastic_forces(double h, bool advance) {
     else
         put(last, now_.tip.mode == RodEndMode::loaded ? now_.tip.torque : Vec3{});
 
+    const double *gx = gx_.data(), *gy = gy_.data(), *gz = gz_.data();
+    const double *tx = tx_.data() + 1, *ty = ty_.data() + 1, *tz = tz_.data() + 1;
+    double* torque = torque_.data();
+#pragma GCC ivdep
+    for (int j = 0; j < last; ++j)
+        torque[j] = (gx[j + 1] - gx[j]) * tx[j] + (gy[j + 1] - gy[j]) * ty[j] + (gz[j + 1] - gz[j]) * tz[j];
+}
+
+// What twist() has found for the joints' moments, added to the elastic ones of the pose: spins differ, so
+// twist grows by it for the time `ahead`, and its damping acts. Segments' torques balance with these, not
+// with the elastic moments alone, which are stiff and, where torsion is damped much, far from balance: bent
+// by them, a shaft that is turned in contact would fold in zigzag. The axis of a joint's twist halves its
+// angle.
+void CosseratRod::twist_moments(double ahead, std::span<const double> spin) {
+    const double *tx = tx_.data(), *ty = ty_.data(), *tz = tz_.data();
+    const double *k = k3_.data(), *per_cell = per_twist_cell_.data(), *tau = twist_viscosity_.data();
+    double *gx = gx_.data(), *gy = gy_.data(), *gz = gz_.data();
+#pragma GCC ivdep
+    for (int i = 1; i < n_ - 1; ++i) {
+        const double ax = tx[i] + tx[i + 1], ay = ty[i] + ty[i + 1], az = tz[i] + tz[i + 1];
+        const double moment = (ahead + tau[i]) * 0.5 * k[i] * per_cell[i] * (spin[i] - spin[i - 1]);
+        const double s = moment / std::sqrt(std::max(ax * ax + ay * ay + az * az, 1e-6));
+        gx[i] += s * ax, gy[i] += s * ay, gz[i] += s * az;
+    }
+    const auto at_clamp = [&](int i, double rate, int t) {
+        const double s = (ahead + tau[i]) * 0.5 * k[i] * per_cell[i] * rate;
+        gx[i] += s * tx[t], gy[i] += s * ty[t], gz[i] += s * tz[t];
+    };
+    if (now_.base.mode == RodEndMode::clamped) at_clamp(0, spin[0], 1);
+    if (now_.tip.mode == RodEndMode::clamped) at_clamp(n_ - 1, -spin[n_ - 2], n_ - 1);
+}
+
+// What a segment receives across its direction becomes a couple of forces on its two nodes.
+void CosseratRod::elastic_forces() {
+    const int last = n_ - 1;
     const double *gx = gx_.data(), *gy = gy_.data(), *gz = gz_.data(), *inverse = inverse_length_.data();
     const double *tx = tx_.data() + 1, *ty = ty_.data() + 1, *tz = tz_.data() + 1;
-    double *cx = couple_x_.data() + 1, *cy = couple_y_.data() + 1, *cz = couple_z_.data() + 1,
-           *torque = torque_.data();
+    double *cx = couple_x_.data() + 1, *cy = couple_y_.data() + 1, *cz = couple_z_.data() + 1;
 #pragma GCC ivdep
     for (int j = 0; j < last; ++j) {
         const double ax = gx[j + 1] - gx[j], ay = gy[j + 1] - gy[j], az = gz[j + 1] - gz[j];
-        torque[j] = ax * tx[j] + ay * ty[j] + az * tz[j];
         cx[j] = inverse[j] * (ay * tz[j] - az * ty[j]);
         cy[j] = inverse[j] * (az * tx[j] - ax * tz[j]);
         cz[j] = inverse[j] * (ax * ty[j] - ay * tx[j]);
@@ -328,28 +360,25 @@ void CosseratRod::factor_twist(double h) {
     lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), twist_unit_.data());
 }
 
-void CosseratRod::twist(double h, double progress) {
+// Returns the torque of the coupling at the base, N m about the guide.
+double CosseratRod::twist(double h, double progress, std::span<double> spin) const {
     const int m = n_ - 1;
-    double* spin = spin_.data();
     const double *polar = polar_.data(), *torque = torque_.data(), *slow = slow_spin_.data(),
                  *unit = twist_unit_.data();
     for (int j = 0; j < m; ++j)
-        spin[j] = polar[j] * spin[j] + h * torque[j];
-    lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), spin);
-    if (now_.base.mode == RodEndMode::coupled) {
-        // The coupling's torque at the substep's end, T = k (target - roll - h s) + c (velocity - s) with
-        // s = spin + h T unit, solved for T.
-        const RodCoupling& c = now_.base.roll;
-        const double target = c.target + c.velocity * now_.dt * progress;
-        const double k = c.stiffness * h + c.damping;
-        const double free = c.stiffness * (target - roll_ - h * spin[0]) + c.damping * (c.velocity - spin[0]);
-        const double t = std::clamp(free / (1.0 + k * h * unit[0]), -c.cap, c.cap);
-        for (int j = 0; j < m; ++j)
-            spin[j] += h * t * unit[j];
-        base_torque_ += t * now_.guide.direction;
-    }
+        spin[j] = polar[j] * slow[j] * spin_[j] + h * torque[j];
+    lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), spin.data());
+    if (now_.base.mode != RodEndMode::coupled) return 0.0;
+    // The coupling's torque at the substep's end, T = k (target - roll - h s) + c (velocity - s) with
+    // s = spin + h T unit, solved for T.
+    const RodCoupling& c = now_.base.roll;
+    const double target = c.target + c.velocity * now_.dt * progress;
+    const double k = c.stiffness * h + c.damping;
+    const double free = c.stiffness * (target - roll_ - h * spin[0]) + c.damping * (c.velocity - spin[0]);
+    const double t = std::clamp(free / (1.0 + k * h * unit[0]), -c.cap, c.cap);
     for (int j = 0; j < m; ++j)
-        spin[j] *= slow[j];
+        spin[j] += h * t * unit[j];
+    return t;
 }
 
 // Frames follow their segments by the smallest turn from the old third axis to the new direction, and spin
