@@ -243,7 +243,7 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
                 }
                 for (Row& r : more) {
                     r.is_claimed = claims(found, p->id);
-                    has_failed = has_failed || (r.is_claimed && !r.met());
+                    has_failed = has_failed || r.fails();
                     if (!r.remark.empty()) errors << "calot: " << p->id << ": " << r.remark << '\n';
                 }
                 if (is_all)

@@ -61,6 +61,19 @@ int test_nodes(const std::string& problem) {
     return 40;
 }
 
+// A soft rope gives Euler's formula; where stiffness counts the free ends' angles follow from its strain
+// energy.
+TEST(References, a_stiff_rope_on_a_drum_comes_from_eulers) {
+    EXPECT_NEAR(stiff_capstan(0.3, 2, 1e-9).ratio, std::exp(0.6), 1e-6);
+    EXPECT_TRUE(stiff_capstan(0.3, 2, 0.2).holds);
+    const StiffCapstan c = stiff_capstan(0.3, 2, 0.2);
+    EXPECT_NEAR(1 - std::cos(c.slack), 0.1, 1e-12);
+    EXPECT_NEAR(1 - std::cos(c.taut), 0.1 / c.ratio, 1e-12);
+    // Without friction there is no difference, however stiff.
+    EXPECT_NEAR(stiff_capstan(0, 2, 0.5).ratio, 1, 1e-12);
+    EXPECT_FALSE(stiff_capstan(0.3, 0.5, 1).holds) << "it leaves the drum before it comes to it";
+}
+
 class Claims : public testing::TestWithParam<Claim> {};
 
 TEST_P(Claims, are_met) {
@@ -76,6 +89,7 @@ TEST_P(Claims, are_met) {
     bool is_judged = false;
     for (const Row& r : rows) {
         is_judged = is_judged || std::isfinite(r.bound);
+        EXPECT_TRUE(r.is_suited) << r.problem << ' ' << r.quantity << ": " << r.remark;
         EXPECT_TRUE(r.met()) << r.problem << ' ' << r.quantity << " (" << r.setting << "): got " << r.measured
                              << ", expected " << r.reference << ", error " << r.error << ", bound "
                              << r.bound;
@@ -99,7 +113,6 @@ TEST(EveryRod, claims_what_every_rod_must) {
                 << found.model->id << " does not claim " << must;
 }
 
-// However much of it acts, more damping must not shake a rod: bent and let go, it loses energy in every step.
 // A rod that is thrown at 5 m/s, and one whose clamp is drawn along: in parts of a millimetre as in one.
 TEST(EveryRod, takes_a_step_in_parts_as_in_one) {
     for (const host::Found& found : plugins().models(host::Kind::rod)) {
@@ -138,6 +151,7 @@ TEST(EveryRod, takes_a_step_in_parts_as_in_one) {
     }
 }
 
+// However much of it acts, more damping must not shake a rod: bent and let go, it loses energy in every step.
 TEST(EveryRod, bears_the_most_damping_that_a_datasheet_may_hold) {
     for (const host::Found& found : plugins().models(host::Kind::rod)) {
         UniformRod uniform;
@@ -341,6 +355,14 @@ TEST(BenchRod, compress_has_a_vessel_for_any_rod) {
             << out << errors;
         EXPECT_NE(out.find(",push,5,5,"), std::string::npos) << "was never pushed: " << out;
     }
+}
+
+TEST(BenchRod, judges_nobody_where_the_reference_does_not_hold) {
+    std::string out, errors;
+    EXPECT_EQ(run({"capstan", "--csv", "--EI", "0.3", "--length", "0.4", "--load", "1"}, out, errors), 0)
+        << errors;
+    EXPECT_NE(out.find(",unsuited\n"), std::string::npos) << out;
+    EXPECT_NE(errors.find("too stiff to lie on a drum"), std::string::npos) << errors;
 }
 
 // Twenty-five times too coarse for its bound.

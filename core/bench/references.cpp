@@ -44,4 +44,23 @@ PlanarTip planar_tip(double alpha, double beta) {
     return tip;
 }
 
+StiffCapstan stiff_capstan(double mu, double angle, double stiffness) {
+    const auto leaves = [&](double tension) {
+        return std::acos(std::clamp(1 - 0.5 * stiffness / tension, -1.0, 1.0));
+    };
+    StiffCapstan c;
+    c.slack = leaves(1);
+    const double held = std::cos(c.slack) + mu * std::sin(c.slack);
+    c.ratio = std::exp(mu * angle);
+    // The angle lost on the taut side hardly depends on the tension there.
+    for (int k = 0; k < 200; ++k) {
+        c.taut = leaves(c.ratio);
+        const double drawn = std::cos(c.taut) - mu * std::sin(c.taut);
+        if (!(drawn > 0)) return c;
+        c.ratio = 0.5 * (c.ratio + held / drawn * std::exp(mu * (angle - c.slack - c.taut)));
+    }
+    c.holds = stiffness < 2 && c.slack + c.taut < angle;
+    return c;
+}
+
 } // namespace calot::bench

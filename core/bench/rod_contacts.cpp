@@ -1,5 +1,6 @@
 // Reference problems in contact.
 #include "bench/lumen.hpp"
+#include "bench/references.hpp"
 #include "bench/rod_problems.hpp"
 #include "bench/rod_vessel.hpp"
 
@@ -38,9 +39,9 @@ std::vector<Row> run_compress(const MakeInstance& make, const RodOptions& o) {
 }
 
 // In the x-y plane round a cylinder at the origin: along +x below it, `angle` round it, and on along the
-// tangent. The base is held back by `load`, the tip is drawn at 1 cm/s. Euler's formula is that of a thin
-// rope: the rod is stiff as (EI / T R^2) and friction, which acts at the surface, as R / (R + r), so the
-// cylinder is as large as makes both small, unless the length says otherwise.
+// tangent, farther out by what a stiff rod keeps from it. The base is held back by `load`, the tip is drawn
+// at 1 cm/s. The cylinder is so large that stiffness and thickness matter little, unless the length says
+// otherwise; then the free parts get at least what their bending needs to die away.
 std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
     const double mu = o.friction.value_or(0.3), angle = o.angle.value_or(pi / 2);
     UniformRod uniform;
@@ -50,15 +51,17 @@ std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
     double cylinder = std::max({0.1, 100 * uniform.radius, std::sqrt(400 * uniform.bending / back)}),
            lead = cylinder;
     if (o.length) {
-        lead = std::max(0.1 * uniform.length, 0.5 * (uniform.length - angle * cylinder));
-        cylinder = (uniform.length - 2 * lead) / angle - uniform.radius;
-        if (cylinder < uniform.radius)
-            cylinder = uniform.radius,
-            lead = 0.5 * std::max(0.0, uniform.length - 2 * uniform.radius * angle);
-        if (!o.load) back = std::max(back, 400 * uniform.bending / (cylinder * cylinder));
+        // Without a load given, one that the rod is soft to.
+        if (!o.load) back = std::max(back, uniform.bending * std::pow((6 + 3 * angle) / uniform.length, 2));
+        const double dies_away = std::sqrt(uniform.bending / back);
+        lead = std::max(0.1 * uniform.length, 3 * dies_away);
+        cylinder = std::clamp((uniform.length - 2 * lead) / angle - uniform.radius, uniform.radius, cylinder);
+        lead = 0.5 * std::max(0.0, uniform.length - (cylinder + uniform.radius) * angle);
     }
     const double wound = cylinder + uniform.radius, speed = 0.01;
     if (!o.length) uniform.length = 2 * lead + wound * angle;
+    const double stiffness = uniform.bending / (back * wound * wound);
+    const StiffCapstan right = stiff_capstan(mu, angle, stiffness);
 
     BenchRod::Setup s;
     s.rod = uniform;
@@ -85,7 +88,8 @@ std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
     BenchRod rod(make, std::move(s));
     rod.load_base({-back, 0, 0}, {});
     const auto [tip, tip_angle] = place(uniform.length);
-    const Vec3 pull{std::cos(angle), std::sin(angle), 0};
+    const Vec3 pull{std::cos(angle), std::sin(angle), 0}, outwards{std::sin(angle), -std::cos(angle), 0};
+    const double off = 0.5 * wound * stiffness / right.ratio;
     const Quat orientation = axis_angle({0, 0, 1}, tip_angle) * along_x;
     std::vector<calot_contact> contacts;
     double tension = 0, drawn = 0;
@@ -102,17 +106,19 @@ std::vector<Row> run_capstan(const MakeInstance& make, const RodOptions& o) {
                 node_contact(rod, i, static_cast<std::uint64_t>(i), cylinder / d * flat, flat / d, gap, mu));
         }
         drawn += speed * std::min(1.0, rod.seconds() / 0.2) * uniform.dt;
-        rod.clamp_tip(tip + drawn * pull, orientation);
+        rod.clamp_tip(tip + off * std::min(1.0, rod.seconds() / 0.5) * outwards + drawn * pull, orientation);
         rod.step(contacts);
         if (rod.seconds() < measured_from) continue;
         tension += dot(vec3(rod.output().tip.force), pull);
         ++count;
     }
-    Row row = relative_row("capstan", o, uniform, "tension_ratio", tension / count / back,
-                           std::exp(mu * angle), 0.05, setting("mu", mu) + " " + setting("angle", angle));
-    const double stiff = back * cylinder * cylinder / uniform.bending, thick = uniform.radius / cylinder;
-    if (stiff < 100) row.remark = setting("TR2/EI", stiff) + " is below 100: the rod's stiffness counts";
+    Row row = relative_row("capstan", o, uniform, "tension_ratio", tension / count / back, right.ratio, 0.05,
+                           setting("mu", mu) + " " + setting("angle", angle));
+    const double thick = uniform.radius / cylinder, dies_away = std::sqrt(uniform.bending / back);
     if (thick > 0.05) row.remark = setting("r/R", thick) + " is above 0.05: the rod's thickness counts";
+    if (!right.holds || stiffness > 0.5 || lead < 2.5 * dies_away)
+        row.unsuited("the rod is too stiff to lie on a drum that it is long enough for: give more --load or "
+                     "--length, or less --EI");
     return {row};
 }
 
@@ -184,7 +190,7 @@ std::vector<Row> run_hang_on(const MakeInstance& make, const RodOptions& o) {
     Row row = absolute_row("hang-on", o, uniform, "base_reaction", norm(held), norm(expected), error, 0.01,
                            setting("load", load));
     const double most = (is_held ? 0.9 : 0.11) * buckles, press_reached = dot(pressed, normal);
-    if (load > most) row.remark = "the rod buckles under this load: at most " + setting("N", most);
+    if (load > most) row.unsuited("the rod buckles under this load: at most " + setting("N", most));
     // Never pressed: it was not tried.
     if (press_reached < 0.01 * load) row.error = std::numeric_limits<double>::infinity();
     Row press_row = plain_row("hang-on", o, uniform, "press", press_reached, setting("load", load));

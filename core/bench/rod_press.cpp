@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace calot::bench {
 
@@ -118,16 +119,18 @@ std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
             const Press p = press(make, rod, scene, out);
             const std::string label =
                 setting("kg", scene.tool_mass) + " " + setting("N/m", scene.body_stiffness);
+            const std::size_t first = rows.size();
             rows.push_back(
                 absolute_row("press", o, rod, "deviation", p.deviation, 0, p.deviation, 0.05, label));
-            if (load > 2 * most)
-                rows.back().remark =
-                    "what is short enough not to buckle under this load is shorter than three "
-                    "segments: give less than " +
-                    setting("N", most) + ", or more --nodes";
             rows.push_back(relative_row("press", o, rod, "held_force", p.held_force, load, 0.05, label));
             rows.push_back(
                 absolute_row("press", o, rod, "growth", p.growth, 0, std::max(0.0, p.growth), 1e-4, label));
+            if (load <= 2 * most) continue;
+            for (Row& row : std::span(rows).subspan(first))
+                row.unsuited(
+                    "what is short enough not to buckle under this load is shorter than three segments: give "
+                    "less than " +
+                    setting("N", most) + ", or more --nodes");
         }
     return rows;
 }

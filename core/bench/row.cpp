@@ -24,6 +24,7 @@ std::string error_text(const Row& r, int digits = 0) {
 }
 
 std::string met_text(const Row& r) {
+    if (!r.is_suited) return "unsuited";
     if (std::isinf(r.bound)) return "-";
     if (r.met()) return "yes";
     return r.is_claimed ? "NO" : "no (not claimed)";
@@ -69,7 +70,11 @@ void write_csv_header(std::ostream& out) {
 void write_csv_line(std::ostream& out, const Row& r) {
     out << r.problem << ',' << r.model << ',' << r.nodes << ',' << number(r.dt) << ',' << r.quantity << ','
         << number(r.measured) << ',' << number(r.reference) << ',' << error_text(r) << ',' << number(r.bound)
-        << ',' << (r.met() ? "true" : "false") << '\n';
+        << ','
+        << (!r.is_suited ? "unsuited"
+            : r.met()    ? "true"
+                         : "false")
+        << '\n';
 }
 
 } // namespace

@@ -4,6 +4,7 @@
 #include <ostream>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace calot::bench {
@@ -22,11 +23,16 @@ struct Row {
     std::string setting;    ///< what distinguishes rows of the same quantity; in the table only
     std::string remark;     ///< what a reader has to know of the numbers asked for; empty for none
     bool is_claimed = true; ///< by the model's manifest; a row that is not is printed and fails nothing
+    bool is_suited = true;  ///< false: the reference does not hold for the numbers asked for; fails nothing
 
     bool met() const { return error <= bound; }
+    bool fails() const { return is_claimed && is_suited && !met(); }
+    /// The reference does not hold for the numbers asked for, which no model can help.
+    void unsuited(std::string why) { is_suited = false, remark = std::move(why); }
 };
 
 /// Columns problem,model,nodes,dt,quantity,measured,reference,error,bound,met. Full precision, "C" locale.
+/// met: true, false or unsuited.
 void write_csv(std::ostream& out, std::span<const Row> rows);
 /// The same for people.
 void write_table(std::ostream& out, std::span<const Row> rows);
