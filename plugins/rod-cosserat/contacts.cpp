@@ -22,7 +22,7 @@ Vec3 applied(const std::array<double, 9>& c, Vec3 v) {
 constexpr double film = 0.25; // s/m
 
 // Deep overlap falls by a factor e in this time.
-constexpr double deep_recovery = 4e-3; // s
+constexpr double deep_recovery = 1e-3; // s
 
 } // namespace
 
