@@ -254,7 +254,7 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& o) {
     if (!o.nodes) uniform.nodes = enough_nodes(most);
     const double w = clamped_frequency(uniform), length = uniform.length;
     const double friction = o.friction.value_or(0.1);
-    const auto capacity = static_cast<std::size_t>(8 * uniform.nodes);
+    const auto capacity = 8 * static_cast<std::size_t>(uniform.nodes);
     BenchRod::Setup s;
     s.rod = uniform;
     Vec3 end{};
@@ -298,6 +298,7 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& o) {
     };
     rest(60 / w);
     std::vector<Vec3> arch;
+    arch.reserve(static_cast<std::size_t>(uniform.nodes));
     for (int i = 0; i < uniform.nodes; ++i)
         arch.push_back(rod.position(i));
 

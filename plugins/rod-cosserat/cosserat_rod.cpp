@@ -112,6 +112,7 @@ void CosseratRod::update_joints() {
     const auto series = [](double la, double ka, double lb, double kb) {
         return (la + lb) / (la / ka + lb / kb);
     };
+    const auto own = [&](int j) { return vec3(&rest_darboux_[3 * static_cast<std::size_t>(j)]); };
     for (int i = 0; i < n_; ++i) {
         const int a = std::max(i - 1, 0), b = std::min(i, n_ - 2);
         const double la = i > 0 ? 0.5 * length_[a] : 0.0, lb = i < n_ - 1 ? 0.5 * length_[b] : 0.0;
@@ -123,9 +124,8 @@ void CosseratRod::update_joints() {
         twist_viscosity_[i] =
             std::min((la * torsion_damping_[a] + lb * torsion_damping_[b]) / (la + lb), most_twist_viscosity);
         per_cell_[i] = per_twist_cell_[i] = 2.0 / (la + lb);
-        rest1_[i] = (la * rest_darboux_[3 * a] + lb * rest_darboux_[3 * b]) / (la + lb);
-        rest2_[i] = (la * rest_darboux_[3 * a + 1] + lb * rest_darboux_[3 * b + 1]) / (la + lb);
-        rest3_[i] = (la * rest_darboux_[3 * a + 2] + lb * rest_darboux_[3 * b + 2]) / (la + lb);
+        const Vec3 rest = 1.0 / (la + lb) * (la * own(a) + lb * own(b));
+        rest1_[i] = rest.x, rest2_[i] = rest.y, rest3_[i] = rest.z;
     }
 }
 
@@ -185,13 +185,13 @@ void CosseratRod::come_to_rest() {
 }
 
 void CosseratRod::set_velocities(std::span<const double> linear, std::span<const double> angular) {
-    for (int i = 0; i < n_ && 3 * static_cast<std::size_t>(i) + 2 < linear.size(); ++i) {
+    for (std::size_t i = 0; i < x_.size() && 3 * i + 2 < linear.size(); ++i) {
         out_vx_[i] = vx_[i] = linear[3 * i];
         out_vy_[i] = vy_[i] = linear[3 * i + 1];
         out_vz_[i] = vz_[i] = linear[3 * i + 2];
     }
-    for (int j = 0; j < n_ - 1 && 3 * static_cast<std::size_t>(j) + 2 < angular.size(); ++j)
-        spin_[j] = dot({angular[3 * j], angular[3 * j + 1], angular[3 * j + 2]}, third_axis(frame(j)));
+    for (std::size_t j = 0; j < spin_.size() && 3 * j + 2 < angular.size(); ++j)
+        spin_[j] = dot(vec3(&angular[3 * j]), third_axis(frame(static_cast<int>(j))));
     half_kick_ = 0.5;
 }
 
