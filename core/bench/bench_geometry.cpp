@@ -58,7 +58,10 @@ class Sliding {
     }
 
   private:
-    double along(int place) const { return step_ * (place / queries_ + 0.05 * (place % queries_)); }
+    double along(int place) const {
+        const int whole = place / queries_;
+        return step_ * (whole + 0.05 * (place % queries_));
+    }
 
     const FoldedTube& tube_;
     double step_;

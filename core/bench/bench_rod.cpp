@@ -77,7 +77,7 @@ BenchRod::BenchRod(const MakeInstance& make, Setup setup) : instance_(make()), s
     check(instance_.abi()->activate(self(), &a, &error_), "rod.activate");
 
     position_.resize(3 * n), velocity_.resize(3 * n), frame_.resize(4 * m), angular_velocity_.resize(3 * m);
-    impulse_.resize(3 * setup_.max_contacts);
+    impulse_.resize(std::size_t{3} * setup_.max_contacts);
     input.struct_size = sizeof input;
     input.base.pose.quaternion[0] = input.tip.pose.quaternion[0] = 1;
     output_.struct_size = sizeof output_;

@@ -17,7 +17,7 @@
 namespace calot::bench {
 namespace {
 
-int run(std::vector<std::string> arguments, std::string& out, std::string& errors) {
+int run(const std::vector<std::string>& arguments, std::string& out, std::string& errors) {
     std::ostringstream o, e;
     const int code = run_rod(plugins(), arguments, o, e);
     out = o.str(), errors = e.str();

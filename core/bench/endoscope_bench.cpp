@@ -78,7 +78,7 @@ class Bench {
                 step(to);
                 if (draws && wheel >= next_shape) l.shapes.push_back(rod.shape()), next_shape += shape_every;
             }
-            for (double t = 0; t < hold; t += EndoscopeJig::step_seconds)
+            for (auto k = std::llround(hold / EndoscopeJig::step_seconds); k > 0; --k)
                 step(to);
             if (draws) l.shapes.push_back(rod.shape());
         };
