@@ -51,5 +51,7 @@ build() {
     shift
     if ninja -C "$dir" -n "$@" 2>/dev/null | grep -q 'no work to do'; then return 0; fi
     say "Building"
-    ninja -C "$dir" "$@" >&2 || fail "the build failed; see the compiler's message above"
+    ninja -C "$dir" "$@" >&2 && return 0
+    [ $? -eq 130 ] && fail "interrupted; the same command goes on where it was"
+    fail "the build failed; see the compiler's message above"
 }

@@ -4,6 +4,7 @@
 #include "bench/rod_cost.hpp"
 #include "bench/rod_problems.hpp"
 #include "bench/rod_vessel.hpp"
+#include "bench/watch.hpp"
 #include "host/plugins.hpp"
 #include "plot/chart.hpp"
 
@@ -45,7 +46,8 @@ std::string wrapped(std::string_view text, std::size_t indent, std::size_t width
 }
 
 // Names of the numbers that are given and mean nothing in this problem.
-std::string meaningless(const RodProblem& problem, const RodOptions& o, bool is_seed_given) {
+std::string meaningless(const RodProblem& problem, const RodOptions& o, bool is_seed_given,
+                        bool is_picture_given) {
     std::string names;
     const auto look = [&](bool is_given, bool is_taken, const char* name) {
         if (is_given && !is_taken) names += (names.empty() ? "--" : ", --") + std::string(name);
@@ -54,6 +56,9 @@ std::string meaningless(const RodProblem& problem, const RodOptions& o, bool is_
     look(o.friction.has_value(), problem.takes.friction, "friction");
     look(o.angle.has_value(), problem.takes.angle, "angle");
     look(is_seed_given, problem.takes.seed, "seed");
+    look(o.duration.has_value(), problem.takes.duration, "duration");
+    look(!o.endoscope.empty(), problem.takes.duration, "endoscope");
+    look(is_picture_given, false, "out");
     return names;
 }
 
@@ -135,7 +140,8 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
     bool as_csv = false;
     app.add_option("problem", problem, "One of those below, or all; none: costs");
     app.add_option("--model", o.model,
-                   "Id of the rod model; all: every one found, else " + std::string(usual_model));
+                   "Id of the rod model, as calot list rod has it; without: " + std::string(usual_model) +
+                       ", with problem all every one found");
     number(app, "--nodes", o.nodes, "Number of nodes", 5, 5000);
     number(app, "--dt", o.dt, "Length of a tick, s; a model may divide it", 1e-6, 1e-2);
     number(app, "--EI", o.bending, "Bending stiffness, N m2", 1e-9, 1e6);
@@ -184,7 +190,10 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
                     add(found.model->id);
             if (is_vessel) {
                 if (!picture.empty()) plot::require_picture_name(picture, "--out");
-                const auto rows = run_vessel(wanted, o, picture);
+                const auto rows = [&] {
+                    const Watch watch(errors, "vessel");
+                    return run_vessel(wanted, o, picture);
+                }();
                 as_csv ? write_csv(out, rows) : write_table(out, rows);
                 return 0;
             }
@@ -219,7 +228,7 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
             const MakeInstance make = [&] { return plugins.make(host::Kind::rod, o.model); };
             if (wanted.empty()) printer.print(rod_costs(make, o, found.model->budget_microseconds));
             for (const RodProblem* p : wanted) {
-                const std::string ignored = meaningless(*p, o, seed->count() > 0);
+                const std::string ignored = meaningless(*p, o, seed->count() > 0, !picture.empty());
                 if (!is_all && !ignored.empty())
                     errors << "calot: " << p->id << " has no use for " << ignored << '\n';
                 if (is_all)
@@ -234,6 +243,7 @@ int run_rod(host::Plugins& plugins, const std::vector<std::string>& arguments, s
                 const auto start = std::chrono::steady_clock::now();
                 std::vector<Row> more;
                 try {
+                    const Watch watch(errors, o.model + ' ' + std::string(p->id));
                     more = p->run(make, of);
                 } catch (const host::PluginError& e) {
                     if (!is_all) throw;

@@ -12,6 +12,11 @@ namespace calot::bench {
 // logarithmic scale. That holds for any load.
 PlanarTip planar_tip(double alpha, double beta) {
     if (!(alpha + beta > 0)) return {};
+    // So steep that the tip's delta underflows: all of the bend is close to the clamp, and the rest hangs
+    // straight. delta'^2 / 2 = (alpha + beta) (1 - cos delta) from pi/2 to 0.
+    if (const double steep = std::sqrt(alpha + beta); steep > 600)
+        return {1 - 2 / steep * (1 - std::cos(std::numbers::pi / 4)),
+                1 - 2 / steep * std::sin(std::numbers::pi / 4), std::numbers::pi / 2};
     const int steps = static_cast<int>(std::clamp(80 * std::sqrt(alpha + beta), 8000.0, 400000.0));
     PlanarTip tip;
     const auto slope = [&](double s, const std::array<double, 4>& y) {

@@ -11,8 +11,8 @@ struct PlanarTip {
 
 /// Under a dead tip load, alpha = P L^2 / EI, and its own weight, beta = w L^3 / EI: theta'' = -(alpha + beta
 /// (1 - s)) cos theta, theta(0) = 0, theta'(1) = 0, by shooting from the tip (Runge-Kutta of fourth order,
-/// bisection). The first branch, any loads from 0 to some 10^5; agrees with Mattiasson (1981) to his five
-/// digits.
+/// bisection); from alpha + beta = 360,000 on that of a long rod. The first branch, any loads; agrees with
+/// Mattiasson (1981) to his five digits.
 PlanarTip planar_tip(double alpha, double beta);
 
 /// A rope with bending stiffness EI drawn over a drum of radius R (of its centreline), friction mu acting at

@@ -200,12 +200,16 @@ std::string last_word(const std::string& id) {
 
 void draw_chart(const std::vector<Row>& rows, const std::filesystem::path& folder) {
     std::map<std::string, std::map<int, std::map<std::string, double>>> of;
-    for (const Row& r : rows)
+    int fewest = 1'000'000, most = 0;
+    for (const Row& r : rows) {
         of[r.model][r.nodes][r.quantity] = r.measured;
+        if (r.quantity == "us_free") fewest = std::min(fewest, r.nodes), most = std::max(most, r.nodes);
+    }
+    const std::string range = (fewest < most ? std::to_string(fewest) + " to " : "") + std::to_string(most);
     std::vector<plot::Panel> panels;
     for (const char* problem : {"elastica", "heavy"}) {
         plot::Panel panel;
-        panel.title = std::string(problem) + ": what accuracy costs, 25 to 1000 nodes";
+        panel.title = std::string(problem) + ": what accuracy costs, " + range + " nodes";
         panel.x_label = "us for a simulated ms", panel.y_label = "relative error";
         panel.is_log_x = panel.is_log_y = true;
         for (const auto& [model, by_nodes] : of) {
@@ -403,9 +407,9 @@ void write_comparison(std::ostream& out, const std::vector<Row>& rows) {
         }
     for (const Row& r : rows)
         if (std::isfinite(r.bound)) {
-            std::snprintf(text, sizeof text, "%s, %d nodes, %s: %.4g, bound %.4g: %s\n",
-                          last_word(r.model).c_str(), r.nodes, r.quantity.c_str(), r.error, r.bound,
-                          r.met() ? "met" : "MISSED");
+            std::snprintf(text, sizeof text, "%s, %d nodes, %s: %.4g, error %.4g, bound %.4g: %s\n",
+                          last_word(r.model).c_str(), r.nodes, r.quantity.c_str(), r.measured, r.error,
+                          r.bound, r.met() ? "met" : "MISSED");
             out << text;
         }
     for (const Row& r : rows)

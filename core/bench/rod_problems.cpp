@@ -88,12 +88,14 @@ constexpr RodProblem problems[] = {
      "1 - length under push over length; penetration (m) under half a radius.",
      "compress --seed 3"},
     {"capstan",
-     "pulled round a cylinder: tension ratio exp(mu phi)",
+     "pulled round a cylinder: tension ratio exp(mu phi), less what stiffness takes",
      &run_capstan,
      {.load = true, .friction = true, .angle = true},
      "Pulled slowly round a cylinder, no gravity. --load: the tension that holds back, N, 5 unless given; "
      "--friction 0.3; --angle: between the tangents, rad, pi/2; --length: of all, which fixes the cylinder's "
-     "radius. tension_ratio against exp(mu phi), a thin rope's: TR2/EI >= 100 and r/R <= 0.05.",
+     "radius. tension_ratio against exp(mu phi) between where a rope of stiffness EI leaves the cylinder; "
+     "from "
+     "EI/(TR2) = 0.5 on no rod is judged.",
      "capstan --friction 0.2 --angle 3.14"},
     {"hang-on",
      "tip pressed into rigid tissue: base carries it",
@@ -129,7 +131,7 @@ constexpr RodProblem problems[] = {
     {"push-soak",
      "in anatomy, pushed, turned and steered at random at the devices' limits: stays in the lumen",
      &run_push_soak,
-     {.load = true, .friction = true, .angle = true, .seed = true},
+     {.load = true, .friction = true, .angle = true, .seed = true, .duration = true},
      "A whole endoscope in an anatomy, its handle moved at random, smoothly and abruptly, at up to 0.3 m/s, "
      "360 "
      "degrees/s, wheels 180 degrees/s. --duration: s, 10 unless given; --anatomy: reference or colon; "

@@ -9,10 +9,11 @@
 
 namespace calot::bench {
 
-/// Which of the numbers that not every problem has a use for a problem takes. Nodes, dt, EI, GJ, length,
+/// Which of the options that not every problem has a use for a problem takes. Nodes, dt, EI, GJ, length,
 /// radius and mass per length are every rod's.
 struct Takes {
     bool load = false, friction = false, angle = false, seed = false;
+    bool duration = false; ///< and anatomy and endoscope
 };
 
 /// A reference problem for rods. `docs/rods.md` says where each reference comes from.

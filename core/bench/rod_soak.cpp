@@ -4,6 +4,7 @@
 #include "bench/rod_problems.hpp"
 #include "bench/rough_hands.hpp"
 #include "bench/soak_judge.hpp"
+#include "bench/watch.hpp"
 #include "host/error.hpp"
 #include "simulation/assets.hpp"
 #include "simulation/endoscope_chain.hpp"
@@ -51,19 +52,22 @@ void change(simulation::EndoscopeDatasheet& sheet, const RodOptions& o) {
     }
 }
 
-// Ends a case that takes longer by the clock than `seconds`.
+// Ends a case that takes longer by the clock than `seconds`, or that is interrupted; tells how far it is.
 class Patience : public simulation::Observer {
   public:
-    Patience(simulation::Simulation& simulation, double seconds)
+    Patience(simulation::Simulation& simulation, double seconds, std::int64_t ticks)
         : simulation_(simulation),
-          end_(std::chrono::steady_clock::now() + std::chrono::milliseconds(std::llround(1e3 * seconds))) {}
-    void ticked(const simulation::Snapshot&) override {
-        if (std::chrono::steady_clock::now() >= end_) simulation_.stop();
+          end_(std::chrono::steady_clock::now() + std::chrono::milliseconds(std::llround(1e3 * seconds))),
+          ticks_(ticks) {}
+    void ticked(const simulation::Snapshot& s) override {
+        share_done = static_cast<double>(s.tick) / static_cast<double>(ticks_);
+        if (Interruptible::was_interrupted() || std::chrono::steady_clock::now() >= end_) simulation_.stop();
     }
 
   private:
     simulation::Simulation& simulation_;
     std::chrono::steady_clock::time_point end_;
+    std::int64_t ticks_;
 };
 
 } // namespace
@@ -127,10 +131,13 @@ std::vector<Row> run_push_soak(const MakeInstance& make, const RodOptions& o) {
     try {
         simulation::Simulation simulation(setup);
         simulation.add_observer(judge);
-        Patience patience(simulation, o.patience.value_or(1e6));
+        const Interruptible until_interrupted;
+        const std::int64_t ticks = std::llround(seconds * 1000);
+        Patience patience(simulation, o.patience.value_or(1e6), ticks);
         simulation.add_observer(patience);
         if (o.patience) like.setting += ", at most " + setting("s by the clock", *o.patience);
-        simulation.run({.max_ticks = std::llround(seconds * 1000)});
+        simulation.run({.max_ticks = ticks});
+        if (Interruptible::was_interrupted()) like.setting += ", interrupted";
     } catch (const host::PluginError& error) {
         // The run ends here: its duration falls short, and the row says why.
         like.setting += ", " + error.function + ": " + error.field + ": " + error.message;

@@ -4,12 +4,17 @@
 #include "bench/rough_hands.hpp"
 #include "bench/soak_judge.hpp"
 #include "bench/test_plugins.hpp"
+#include "bench/watch.hpp"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <csignal>
 #include <iostream>
+#include <thread>
+#include <unistd.h>
 
 namespace calot::bench {
 namespace {
@@ -137,6 +142,26 @@ TEST(PushSoak, honours_what_it_is_given) {
         if (rows[i].quantity == "energy") {
             EXPECT_NE(rows[i].measured, softer[i].measured);
         }
+}
+
+TEST(PushSoak, tells_what_there_is_when_it_is_interrupted) {
+    RodOptions options;
+    options.model = "org.calot.rod-direct";
+    options.duration = 1000;
+    const MakeInstance make = [&] { return plugins().make(host::Kind::rod, options.model); };
+    std::thread hand([] {
+        std::this_thread::sleep_for(std::chrono::seconds(3));
+        kill(getpid(), SIGINT);
+    });
+    // Before the case begins a SIGINT would end the process, as it should.
+    const Interruptible test_is_slow;
+    const auto rows = run_push_soak(make, options);
+    hand.join();
+    ASSERT_FALSE(rows.empty());
+    EXPECT_EQ(rows.front().quantity, "duration");
+    EXPECT_LT(rows.front().measured, 1000);
+    EXPECT_FALSE(rows.front().met());
+    EXPECT_NE(rows.front().setting.find("interrupted"), std::string::npos) << rows.front().setting;
 }
 
 // Every rod there is; a miss fails those that claim the problem, and is printed for the others.

@@ -81,13 +81,25 @@ TipAtRest loaded_tip(const MakeInstance& make, const UniformRod& uniform, const 
     return out;
 }
 
+// A load of so many EI/L2 bends the rod within L / sqrt(load): no mesh of longer segments shows that.
+void judge_mesh(std::span<Row> rows, const UniformRod& rod, double load) {
+    if (std::sqrt(load) < 2.0 * (rod.nodes - 1)) return;
+    for (Row& r : rows)
+        r.unsuited("the load bends the rod within half a segment: give less --load or more --nodes");
+}
+
+// A segment takes no more than this of an arc, or of twist.
+constexpr double most_turn = 0.6; // rad
+
 std::vector<Row> tip_rows(const char* problem, const RodOptions& o, const UniformRod& rod,
-                          const TipAtRest& tip, const PlanarTip& right, const std::string& label) {
+                          const TipAtRest& tip, const PlanarTip& right, double load,
+                          const std::string& label) {
     constexpr double bound = 0.005;
     std::vector<Row> rows{
         relative_row(problem, o, rod, "tip_drop", tip.got.drop, right.drop, bound, label),
         relative_row(problem, o, rod, "tip_shortening", tip.got.shortening, right.shortening, bound, label)};
     rows[0].remark = tip.remark;
+    judge_mesh(rows, rod, load);
     return rows;
 }
 
@@ -144,6 +156,7 @@ std::vector<Row> run_cantilever(const MakeInstance& make, const RodOptions& o) {
     Row row = relative_row("cantilever", o, rod, "tip_drop", tip.got.drop, right.drop, 0.005,
                            setting("PL2/EI", load / unit));
     row.remark = tip.remark;
+    judge_mesh({&row, 1}, rod, load / unit);
     return {row};
 }
 
@@ -158,7 +171,7 @@ std::vector<Row> run_elastica(const MakeInstance& make, const RodOptions& o) {
         const PlanarTip right = planar_tip(load / unit, 0);
         const auto more =
             tip_rows("elastica", o, rod, loaded_tip(make, rod, {.tip_force = load, .right = right}), right,
-                     setting("PL2/EI", load / unit));
+                     load / unit, setting("PL2/EI", load / unit));
         rows.insert(rows.end(), more.begin(), more.end());
     }
     return rows;
@@ -171,7 +184,7 @@ std::vector<Row> run_heavy(const MakeInstance& make, const RodOptions& o) {
     const double weight = o.load.value_or(o.mass_per_length ? 9.81 * mass : 5 * unit);
     const PlanarTip right = planar_tip(0, weight / unit);
     return tip_rows("heavy", o, rod, loaded_tip(make, rod, {.gravity = weight / mass, .right = right}), right,
-                    setting("wL3/EI", weight / unit));
+                    weight / unit, setting("wL3/EI", weight / unit));
 }
 
 std::vector<Row> run_circle(const MakeInstance& make, const RodOptions& o) {
@@ -193,8 +206,11 @@ std::vector<Row> run_circle(const MakeInstance& make, const RodOptions& o) {
     // The chord of an arc of angle M L / EI.
     const double angle = moment * uniform.length / uniform.bending,
                  right = std::abs(2 / angle * std::sin(angle / 2));
-    return {absolute_row("circle", o, uniform, "end_gap", gap, right, std::abs(gap - right), 0.01,
-                         setting("ML/EI", angle))};
+    Row row = absolute_row("circle", o, uniform, "end_gap", gap, right, std::abs(gap - right), 0.01,
+                           setting("ML/EI", angle));
+    if (const double turn = angle / (uniform.nodes - 1); turn > most_turn)
+        row.unsuited(setting("rad of bend per segment", turn) + ": too coarse, give more --nodes");
+    return {row};
 }
 
 std::vector<Row> run_twist(const MakeInstance& make, const RodOptions& o) {
@@ -221,8 +237,12 @@ std::vector<Row> run_twist(const MakeInstance& make, const RodOptions& o) {
         angle += end_twist(rod, along_x);
         ++count;
     }
-    return {relative_row("twist", o, uniform, "tip_angle", angle / count,
-                         torque * uniform.length / uniform.torsion, 0.005, setting("T", torque))};
+    const double right = torque * uniform.length / uniform.torsion;
+    Row row =
+        relative_row("twist", o, uniform, "tip_angle", angle / count, right, 0.005, setting("T", torque));
+    if (const double turn = right / (uniform.nodes - 1); turn > most_turn)
+        row.unsuited(setting("rad of twist per segment", turn) + ": too coarse, give more --nodes");
+    return {row};
 }
 
 std::vector<Row> run_refine(const MakeInstance& make, const RodOptions& o) {

@@ -136,8 +136,15 @@ Found Plugins::find(Kind kind, std::string_view id) const {
         return {&candidate, model};
     }
     if (refused != nullptr) throw UserError(refused->refusal);
+    // Tables print only an id's last word.
+    std::string meant;
+    for (const Candidate& candidate : candidates_)
+        if (candidate.reading.manifest)
+            for (const Model& model : candidate.reading.manifest->models)
+                if (model.kind == kind && model.id.ends_with("." + wanted)) meant = model.id;
     throw UserError(wanted, "",
-                    "no " + word + " has this id; `calot list " + word +
+                    "no " + word + " has this id; " + (meant.empty() ? "" : "do you mean " + meant + "? ") +
+                        "`calot list " + word +
                         "` shows those that are there, "
                         "`calot why " +
                         wanted + "` where was looked");

@@ -26,6 +26,8 @@ cairo_status_t append(void* to, const unsigned char* data, unsigned int size) {
 void require_picture_name(const std::filesystem::path& file, const std::string& option) {
     if (file.extension() != ".png" && !is_svg(file))
         throw host::UserError(option, file.string(), "is no picture's name; let it end in .png or .svg");
+    if (const auto folder = file.parent_path(); !folder.empty() && !std::filesystem::is_directory(folder))
+        throw host::UserError(option, "", folder.string() + " is no folder; make it first");
 }
 
 Canvas::Canvas(double width, double height, std::filesystem::path file) : file_(std::move(file)) {
