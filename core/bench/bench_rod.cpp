@@ -162,6 +162,13 @@ bool BenchRod::settle(double speed, double longest) {
     return still >= quiet;
 }
 
+std::vector<Vec3> BenchRod::positions() const {
+    std::vector<Vec3> all(static_cast<std::size_t>(nodes()));
+    for (int i = 0; i < nodes(); ++i)
+        all[static_cast<std::size_t>(i)] = position(i);
+    return all;
+}
+
 double BenchRod::top_speed() const {
     double top = 0;
     for (int i = 0; i < nodes(); ++i)

@@ -102,6 +102,7 @@ class BenchRod {
     Quat frame(int j) const { return quat(&frame_[4 * static_cast<std::size_t>(j)]); }
     Vec3 angular_velocity(int j) const { return vec3(&angular_velocity_[3 * static_cast<std::size_t>(j)]); }
     Vec3 impulse(std::size_t k) const { return vec3(&impulse_[3 * k]); }
+    std::vector<Vec3> positions() const; ///< of all nodes
     double top_speed() const;
     double arc_length() const;
     double energy() const;

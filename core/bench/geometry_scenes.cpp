@@ -29,7 +29,7 @@ Middle colon_middle(double s) {
 } // namespace
 
 Vec3 Surface::corner(std::size_t triangle, int k) const {
-    const double* v = &vertices[3 * triangles[3 * triangle + static_cast<std::size_t>(k)]];
+    const double* v = &vertices[std::size_t{3} * triangles[3 * triangle + static_cast<std::size_t>(k)]];
     return {v[0], v[1], v[2]};
 }
 

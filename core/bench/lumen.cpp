@@ -37,7 +37,8 @@ std::vector<Vec3> Lumen::random_axis(Random& random, double length, double tight
     std::vector<Vec3> axis;
     Quat q = along_x;
     Vec3 p{};
-    for (double s = 0; s <= length; s += spacing) {
+    for (int i = 0; i * spacing <= length; ++i) {
+        const double s = i * spacing;
         axis.push_back(p);
         // Straight at the mouth, then bending more and more until 30 mm in.
         const double grown = std::min(1.0, s / 0.03);
@@ -55,7 +56,8 @@ std::vector<Vec3> Lumen::random_axis(Random& random, double length, double tight
 std::vector<Vec3> Lumen::bend(double lead, double radius, double angle, double tail) {
     std::vector<Vec3> axis;
     const double arc = radius * angle;
-    for (double s = 0; s <= lead + arc + tail; s += spacing) {
+    for (int i = 0; i * spacing <= lead + arc + tail; ++i) {
+        const double s = i * spacing;
         const double a = std::clamp((s - lead) / radius, 0.0, angle), rest = std::max(0.0, s - lead - arc);
         axis.push_back({std::min(s, lead) + radius * std::sin(a) + rest * std::cos(a),
                         radius * (1 - std::cos(a)) + rest * std::sin(a), 0});

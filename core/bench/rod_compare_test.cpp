@@ -38,7 +38,7 @@ std::vector<std::vector<std::string>> run_csv(std::vector<std::string> arguments
 }
 
 fs::path folder() {
-    const fs::path f = fs::path(CALOT_BINARY_DIR) / "tests" / "rod_compare.out";
+    fs::path f = fs::path(CALOT_BINARY_DIR) / "tests" / "rod_compare.out";
     fs::create_directories(f);
     return f;
 }
@@ -110,11 +110,11 @@ TEST(Vessel, the_penalty_model_shortens_and_the_inextensible_does_not) {
 
     cairo_surface_t* image = cairo_image_surface_create_from_png(picture.c_str());
     ASSERT_EQ(cairo_surface_status(image), CAIRO_STATUS_SUCCESS);
-    const int w = cairo_image_surface_get_width(image), h = cairo_image_surface_get_height(image);
+    const std::ptrdiff_t w = cairo_image_surface_get_width(image), h = cairo_image_surface_get_height(image);
     int red = 0, green = 0;
-    for (int y = 0; y < h; ++y) {
+    for (std::ptrdiff_t y = 0; y < h; ++y) {
         const auto* line = cairo_image_surface_get_data(image) + y * cairo_image_surface_get_stride(image);
-        for (int x = 0; x < w; ++x) {
+        for (std::ptrdiff_t x = 0; x < w; ++x) {
             const int b = line[4 * x], g = line[4 * x + 1], r = line[4 * x + 2];
             red += r > 180 && g < 90 && b < 90 ? 1 : 0;
             green += g > 120 && r < 100 && b < 120 ? 1 : 0;

@@ -34,10 +34,7 @@ std::vector<Row> run_rotate(const MakeInstance& make, const RodOptions& o) {
         rod.load_tip({}, rotate(scene, Vec3{0.6, 0.3, 0.5} * moment));
         for (int k = 0; k < steps; ++k)
             rod.step();
-        std::vector<Vec3> p;
-        for (int i = 0; i < uniform.nodes; ++i)
-            p.push_back(rod.position(i));
-        return p;
+        return rod.positions();
     };
     const auto plain = swing({}), turned = swing(turn);
     double worst = 0;

@@ -297,10 +297,7 @@ std::vector<Row> run_loop(const MakeInstance& make, const RodOptions& o) {
             step();
     };
     rest(60 / w);
-    std::vector<Vec3> arch;
-    arch.reserve(static_cast<std::size_t>(uniform.nodes));
-    for (int i = 0; i < uniform.nodes; ++i)
-        arch.push_back(rod.position(i));
+    const std::vector<Vec3> arch = rod.positions();
 
     const double rate = 2 * pi * w / 20 * std::max(1.0, most / (8 * pi));
     double peak = 0;

@@ -133,9 +133,7 @@ std::vector<Row> run_rest(const MakeInstance& make, const RodOptions& o) {
             rod.settle(1e-13 * uniform.length, 40 / uniform.lowest_frequency());
             rod.set_drag(0);
         }
-        std::vector<Vec3> start;
-        for (int i = 0; i < uniform.nodes; ++i)
-            start.push_back(rod.position(i));
+        const std::vector<Vec3> start = rod.positions();
         for (int k = 0; k < 1000; ++k)
             rod.step();
         double drift = 0;

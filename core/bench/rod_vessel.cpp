@@ -109,6 +109,7 @@ std::vector<Row> run_vessel(const std::vector<VesselModel>& models, const RodOpt
     const double load = o.load.value_or(10), friction = o.friction.value_or(0.05);
     std::vector<std::unique_ptr<PushedRod>> runs;
     std::vector<std::vector<double>> times(models.size());
+    runs.reserve(models.size());
     for (const VesselModel& m : models)
         runs.push_back(std::make_unique<PushedRod>(m.make, o, load, friction));
     for (bool is_going = true; is_going;) {
