@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 
 namespace calot::bench {
 
@@ -80,6 +81,14 @@ std::shared_ptr<simulation::World> load_soak_world(const std::string& anatomy, c
     simulation::WorldOptions options;
     options.assets = simulation::find_assets();
     options.friction = friction;
+    if (!std::filesystem::exists(options.assets / "anatomy" / anatomy / "anatomy.toml")) {
+        std::string known;
+        for (const auto& folder : std::filesystem::directory_iterator(options.assets / "anatomy"))
+            if (std::filesystem::exists(folder.path() / "anatomy.toml"))
+                known += (known.empty() ? "" : ", ") + folder.path().filename().string();
+        throw host::UserError("--anatomy", "",
+                              "no anatomy is called \"" + anatomy + "\"; there are " + known);
+    }
     std::string name = is_colon ? "colonoscope" : "gif-2t160";
     if (!endoscope.empty())
         options.endoscope =

@@ -118,8 +118,10 @@ void write_report(std::ostream& out, const std::vector<SegmentFit>& fits) {
         for (const Residual& r : f.residuals)
             if (r.is_set_aside)
                 out << "line " << r.reading.line << " was set aside: its load is "
-                    << number(std::abs(r.residual) / std::max(f.rms, 1e-300), 3)
-                    << " times the others' rms from the fit; look at it.\n";
+                    << (std::abs(r.residual) < 1e6 * f.rms
+                            ? number(std::abs(r.residual) / f.rms, 3) + " times the others' rms from the fit"
+                            : "off the fit, which the others meet exactly")
+                    << "; look at it.\n";
 }
 
 void write_csv(std::ostream& out, const std::vector<SegmentFit>& fits) {

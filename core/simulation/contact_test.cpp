@@ -50,7 +50,7 @@ World world_with(std::span<const geometry::OrganSurface> organs, std::vector<geo
 }
 
 // A drum of 40 mm inside in which the shaft lies wound in two turns, a diameter and 0.6 mm from one to the
-// next, above a floor.
+// next, between a floor and a lid: it would spring open and out otherwise.
 std::shared_ptr<const World> drum() {
     constexpr double wound = 0.033, pitch = 2 * shaft_radius + 6e-4, turns = 4, insertion = 0.41;
     std::vector<geometry::Vec3> path;
@@ -63,9 +63,11 @@ std::shared_ptr<const World> drum() {
         return v - geometry::Vec3{0, 0, 0.1};
     });
     const Shape plate = geometry::test::box({-0.06, -0.06, floor - 0.01}, {0.06, 0.06, floor}, 8);
+    const double ceiling = shaft_radius + 1e-3;
+    const Shape lid = geometry::test::box({-0.06, -0.06, ceiling}, {0.06, 0.06, ceiling + 0.01}, 8);
     const double friction[] = {0.02};
-    const geometry::OrganSurface organs[] = {wall.surface("wall", friction),
-                                             plate.surface("floor", friction)};
+    const geometry::OrganSurface organs[] = {wall.surface("wall", friction), plate.surface("floor", friction),
+                                             lid.surface("lid", friction)};
     return std::make_shared<World>(world_with(organs, path, insertion));
 }
 
