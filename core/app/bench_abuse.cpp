@@ -12,9 +12,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 namespace calot::app {
 namespace {
@@ -29,10 +32,10 @@ struct Options {
 class Progress : public simulation::Observer {
   public:
     explicit Progress(const bench::SoakJudge& judge) : judge_(judge) {}
-    void ticked(const simulation::Snapshot& s) override {
-        if (s.tick % 60'000 != 0) return;
+    void ticked(const simulation::Snapshot&) override {
+        if (judge_.ticks() % 60'000 != 0) return;
         std::fprintf(stderr, "%lld min: deepest %.3f mm, longest over 1 mm %lld ms, nodes outside %zu\n",
-                     static_cast<long long>(s.tick / 60'000), 1e3 * judge_.deepest(),
+                     static_cast<long long>(judge_.ticks() / 60'000), 1e3 * judge_.deepest(),
                      static_cast<long long>(judge_.longest_over_1mm()), judge_.most_outside());
     }
 
@@ -40,29 +43,35 @@ class Progress : public simulation::Observer {
     const bench::SoakJudge& judge_;
 };
 
-int judged(const Options& given, const simulation::Setup& setup, const simulation::World& world,
+// What one round of it is run with: a case may end before its time, since rough hands may do what a procedure
+// asks for, and then another one follows.
+using Begin = std::function<simulation::Setup(std::uint64_t round)>;
+
+int judged(const Options& given, const Begin& begin, const simulation::World& world,
            const std::string& what) {
     bench::SoakJudge judge(world, 10);
     Progress progress(judge);
     bench::Row like;
-    like.problem = "abuse", like.model = setup.rod.id, like.nodes = static_cast<int>(setup.nodes),
-    like.dt = 1e-3;
+    like.problem = "abuse", like.dt = 1e-3;
     like.setting = what + " seed=" + std::to_string(given.wanted.seed);
     const std::int64_t ticks = std::llround(given.seconds * 1000);
-    bool is_over = false;
     try {
-        simulation::Simulation simulation(setup);
-        simulation.add_observer(judge);
-        if (!given.is_quiet) simulation.add_observer(progress);
-        // A procedure that ends before its time leaves the shaft in the same state: no fault of the shaft.
-        is_over = simulation.run({.max_ticks = ticks}).end == simulation::End::finished;
+        std::int64_t before = -1;
+        for (std::uint64_t round = 0; judge.ticks() < ticks && judge.ticks() > before; ++round) {
+            before = judge.ticks();
+            const simulation::Setup setup = begin(round);
+            like.model = setup.rod.id, like.nodes = static_cast<int>(setup.nodes);
+            simulation::Simulation simulation(setup);
+            simulation.add_observer(judge);
+            if (!given.is_quiet) simulation.add_observer(progress);
+            simulation.run({.max_ticks = ticks - before});
+        }
     } catch (const host::PluginError& error) {
         std::fprintf(stderr, "calot: after %.3f s: %s: %s: %s: %s\n",
                      static_cast<double>(judge.ticks()) * 1e-3, error.plugin.c_str(), error.function.c_str(),
                      error.field.c_str(), error.message.c_str());
     }
-    const double wanted = static_cast<double>(is_over ? judge.ticks() : ticks) * 1e-3;
-    const std::vector<bench::Row> rows = judge.rows(like, wanted);
+    const std::vector<bench::Row> rows = judge.rows(like, static_cast<double>(ticks) * 1e-3);
     if (given.as_csv)
         bench::write_csv(std::cout, rows);
     else
@@ -89,11 +98,19 @@ int in_a_case(const Options& given) {
     }
     if (options.procedure.empty())
         throw host::UserError("--procedure", "", "no procedure with a demonstration is installed; name one");
-    CaseParts parts(options, nullptr);
-    bench::RoughHands hands(options.seed);
-    simulation::Setup setup = parts.setup(options, &hands);
-    setup.device = {};
-    return judged(given, setup, *parts.world, options.procedure);
+    std::optional<CaseParts> parts;
+    std::optional<bench::RoughHands> hands;
+    const auto begin = [&](std::uint64_t round) {
+        options.seed = given.wanted.seed + 1000 * round;
+        hands.emplace(options.seed);
+        parts.emplace(options, nullptr);
+        simulation::Setup setup = parts->setup(options, &*hands);
+        setup.device = {};
+        return setup;
+    };
+    begin(0);
+    const auto world = parts->world;
+    return judged(given, begin, *world, options.procedure);
 }
 
 int in_an_anatomy(const Options& given) {
@@ -112,7 +129,8 @@ int in_an_anatomy(const Options& given) {
     setup.seed = given.wanted.seed;
     setup.threads = given.wanted.threads;
     setup.nodes = simulation::usual_nodes(world->endoscope);
-    return judged(given, setup, *world, given.wanted.anatomy);
+    return judged(
+        given, [&](std::uint64_t) { return setup; }, *world, given.wanted.anatomy);
 }
 
 } // namespace
