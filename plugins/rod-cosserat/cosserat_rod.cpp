@@ -21,7 +21,7 @@ constexpr double numerical_viscosity = 1e-6;
 constexpr double most_viscosity = 5.0 / 12.0;
 // s, the most of torsion damping that acts. It sees how spins differ, not how the turning of segments twists
 // their frames against each other, so twist that contacts shake into the shaft has to die within its time: at
-// 1 ms a shaft in rough hands holds less than 1 J of it, at 5 ms 10 J, at 20 ms 40 J.
+// 1 ms a shaft in rough hands holds up to 2 J of it, at 5 ms 10 J, at 20 ms 40 J.
 constexpr double most_twist_viscosity = 1e-3;
 // Nothing on an endoscope moves this fast; it bounds what a bad input can do within a substep.
 constexpr double speed_limit = 20.0; // m/s
