@@ -18,7 +18,7 @@ struct Press {
 };
 
 Press press(const MakeInstance& make, const UniformRod& uniform, const PressScene& scene, double out) {
-    // Queries are a tick old: the contact is that of the positions one step ago.
+    // Queries are a tick old: where the tip touches is that of one step ago.
     BenchRod::Setup s;
     s.rod = uniform;
     s.position = straight_line(uniform, {out - uniform.length, 0, 0}, along_x);
@@ -39,7 +39,7 @@ Press press(const MakeInstance& make, const UniformRod& uniform, const PressScen
 
     Press result;
     Vec3 tip_seen = rod.position(tip);
-    double surface_seen = 0, stroke = 0;
+    double stroke = 0;
     struct Range {
         double low = HUGE_VAL, high = -HUGE_VAL;
         void add(double v) { low = std::min(low, v), high = std::max(high, v); }
@@ -55,12 +55,12 @@ Press press(const MakeInstance& make, const UniformRod& uniform, const PressScen
         c.id = 1;
         c.segment = static_cast<std::uint32_t>(tip - 1), c.t = 1;
         store(tip_seen, c.axis_point);
-        store(Vec3{rest + surface_seen, tip_seen.y, tip_seen.z}, c.point);
+        store(Vec3{rest + body.surface(), tip_seen.y, tip_seen.z}, c.point);
         store(Vec3{rest + body.free_surface(), tip_seen.y, tip_seen.z}, c.free_position);
         c.normal[0] = -1;
-        c.gap = rest + surface_seen - tip_seen.x - uniform.radius;
+        c.gap = rest + body.surface() - tip_seen.x - uniform.radius;
         c.compliance[0] = body.compliance();
-        tip_seen = rod.position(tip), surface_seen = body.surface();
+        tip_seen = rod.position(tip);
         rod.step({&c, 1});
         const double impulse = -rod.impulse(0).x;
         body.end_tick(impulse);

@@ -4,6 +4,7 @@
 #include <calot/math.hpp>
 
 #include <cstdint>
+#include <vector>
 
 namespace calot::rod_cosserat {
 
@@ -17,7 +18,9 @@ struct ContactRow {
     double gap = 0, friction = 0, lever = 0; ///< lever: m, arm of e2 about the rod's axis
     double other_lever = 0;
     Vec3 motion;
-    double inverse_mass = 0, inverse_mass_2 = 0; ///< 1/kg along normal and e1; along e2, spin included
+    double inverse_mass = 0, inverse_mass_n = 0,
+           inverse_mass_2 = 0; ///< 1/kg, of the nodes; along the normal; along e2, spin included
+    int response = -1;         ///< of the whole shaft to a force along the normal; -1: the nodes' own
     double c_n = 0, c_1 = 0, c_2 = 0, c_n1 = 0, c_n2 = 0, c_12 = 0; ///< m/N
     double given =
         0; ///< m; what the impulses so far in this tick will have moved the other side, along the normal
@@ -27,6 +30,12 @@ struct ContactRow {
     double stick_1 = 0, stick_2 = 0;              ///< m; from the point where the surfaces stick
     double f_n = 0, f_1 = 0, f_2 = 0, f_film = 0; ///< N, in this substep
     Vec3 impulse;                                 ///< N s, so far in this tick
+};
+
+/// How the shaft moves under a unit force at one contact, lengths kept.
+struct Response {
+    std::vector<double> x, y, z;              ///< 1/kg, of each node
+    double base_tension = 0, tip_tension = 0; ///< of the first and the last segment
 };
 
 struct ContactMemory {

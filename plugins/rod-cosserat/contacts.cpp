@@ -23,6 +23,17 @@ constexpr double film = 0.25; // s/m
 
 // Deep overlap falls by a factor e in this time.
 constexpr double deep_recovery = 1e-3; // s
+// What yields is foretold, and found some hundredths of a millimetre elsewhere when it has been computed: a tip
+// without any overlap would lose it and hit it at every other tick. So overlap with it falls more slowly.
+constexpr double soft_recovery = 10e-3; // s
+
+// A contact whose normal is within 60 degrees of the shaft's direction pushes along the shaft, and what gives
+// way is all of it: a node alone is a hundred times lighter, and lengths would take back in the next substep
+// nearly all that the node was moved.
+constexpr double end_on = 0.5;
+// At least this share of its nodes' own mobility is taken for such a contact's: a straight shaft clamped at
+// its other end has none.
+constexpr double least_mobility = 1.0 / 200.0;
 
 } // namespace
 
@@ -53,6 +64,7 @@ bool CosseratRod::can_touch(const RodContact& c) const {
 void CosseratRod::prepare_contacts() {
     contact_count_ = std::min(now_.contacts.size(), impulse_.size());
     row_count_ = 0;
+    responses_ = 0;
     double top = 0.0;
     for (int i = 0; i < n_; ++i)
         top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
@@ -92,8 +104,10 @@ void CosseratRod::prepare_contacts() {
             inverse += r.other_wa * r.other_wa * w_[o] + r.other_wb * r.other_wb * w_[o + 1];
             spin += r.other_lever * r.other_lever / polar_[o];
         }
-        r.inverse_mass = inverse;
+        r.inverse_mass = r.inverse_mass_n = inverse;
         r.inverse_mass_2 = inverse + spin;
+        if (c.other_segment < 0 && std::fabs(dot(t, c.normal)) > end_on && responses_ < most_responses)
+            prepare_response(r);
         const Vec3 cn = applied(c.compliance, r.normal), c1 = applied(c.compliance, r.e1),
                    c2 = applied(c.compliance, r.e2);
         r.c_n = std::max(0.0, dot(r.normal, cn)), r.c_1 = std::max(0.0, dot(r.e1, c1)),
@@ -109,6 +123,47 @@ void CosseratRod::prepare_contacts() {
     }
 }
 
+// How all nodes move under a unit force along the contact's normal, lengths kept.
+void CosseratRod::prepare_response(ContactRow& r) {
+    Response& u = response_[static_cast<std::size_t>(responses_)];
+    for (Array* a : {&u.x, &u.y, &u.z})
+        std::fill(a->begin(), a->end(), 0.0);
+    const auto put = [&](int i, double weight) {
+        const double s = weight * w_[i];
+        u.x[i] = s * r.normal.x, u.y[i] = s * r.normal.y, u.z[i] = s * r.normal.z;
+    };
+    put(r.a, r.wa), put(r.b, r.wb);
+    if (!keep_lengths(u.x, u.y, u.z)) return;
+    u.base_tension = lambda_[1], u.tip_tension = lambda_[n_ - 1];
+    const auto along = [&](int i) { return u.x[i] * r.normal.x + u.y[i] * r.normal.y + u.z[i] * r.normal.z; };
+    const double mobility = r.wa * along(r.a) + r.wb * along(r.b);
+    r.inverse_mass_n = std::max(mobility, least_mobility * r.inverse_mass);
+    r.response = responses_++;
+}
+
+// Moves positions by `way` and velocities by `rate` times what a unit force along the normal gives.
+void CosseratRod::move_along_normal(const ContactRow& r, double way, double rate) {
+    if (r.response >= 0) {
+        const Response& u = response_[static_cast<std::size_t>(r.response)];
+        double *x = x_.data(), *y = y_.data(), *z = z_.data(), *vx = vx_.data(), *vy = vy_.data(),
+               *vz = vz_.data();
+        const double *ux = u.x.data(), *uy = u.y.data(), *uz = u.z.data();
+#pragma GCC ivdep
+        for (int i = 0; i < n_; ++i) {
+            x[i] += way * ux[i], y[i] += way * uy[i], z[i] += way * uz[i];
+            vx[i] += rate * ux[i], vy[i] += rate * uy[i], vz[i] += rate * uz[i];
+        }
+        return;
+    }
+    const auto move = [&](int i, double weight) {
+        const double a = way * weight * w_[i], b = rate * weight * w_[i];
+        x_[i] += a * r.normal.x, y_[i] += a * r.normal.y, z_[i] += a * r.normal.z;
+        vx_[i] += b * r.normal.x, vy_[i] += b * r.normal.y, vz_[i] += b * r.normal.z;
+    };
+    move(r.a, r.wa), move(r.b, r.wb);
+    if (r.other_a >= 0) move(r.other_a, -r.other_wa), move(r.other_b, -r.other_wb);
+}
+
 // The other side goes linearly through the tick: as it would without contact, and by what the impulses so far
 // will have moved it at the tick's end. So a steady force finds a steady surface in every substep.
 //
@@ -122,14 +177,10 @@ void CosseratRod::begin_contacts(double h, double progress) {
         const double gap = r.gap + dot(r.normal, contact_point(r) - r.centre - before * r.motion) + r.given;
         r.bound = std::min(0.0, gap);
         if (gap < 0.0 && r.inverse_mass > 0.0) {
-            const double back = std::min(std::max(recovery_speed_, -gap / deep_recovery) * h, -gap),
-                         s = back / r.inverse_mass;
-            const auto move = [&](int i, double weight) {
-                const double d = s * weight * w_[i];
-                x_[i] += d * r.normal.x, y_[i] += d * r.normal.y, z_[i] += d * r.normal.z;
-            };
-            move(r.a, r.wa), move(r.b, r.wb);
-            if (r.other_a >= 0) move(r.other_a, -r.other_wa), move(r.other_b, -r.other_wb);
+            const double speed =
+                r.c_n < 0.0 ? -gap / soft_recovery : std::max(recovery_speed_, -gap / deep_recovery);
+            const double back = std::min(speed * h, -gap);
+            move_along_normal(r, back / r.inverse_mass_n, 0.0);
             r.bound += back;
         }
         r.start = contact_point(r);
@@ -154,11 +205,11 @@ void CosseratRod::solve_contacts(double h, double progress) {
         const Vec3 p = contact_point(r);
         const double gap = r.gap + dot(r.normal, p - r.centre - progress * r.motion) - r.bound + r.given +
                            share * (r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * (r.f_2 + r.f_film));
-        const double stiff = h2 * r.inverse_mass + share * r.c_n;
+        const double stiff = h2 * r.inverse_mass_n + share * r.c_n;
         if (!(stiff > 0.0)) continue;
         const double f_n = std::max(0.0, r.f_n - gap / stiff);
         if (f_n == 0.0 && r.f_n == 0.0) continue;
-        push((f_n - r.f_n) * r.normal);
+        move_along_normal(r, h2 * (f_n - r.f_n), h * (f_n - r.f_n));
         r.f_n = f_n;
 
         const Vec3 slid = contact_point(r) - r.start - (1.0 / substeps_) * r.motion;
@@ -223,6 +274,14 @@ void CosseratRod::end_contacts(double h) {
         r.given += share * (r.c_n * r.f_n + r.c_n1 * r.f_1 + r.c_n2 * f_2);
         if (now_.base.mode == RodEndMode::clamped && r.a == 0) base_force_ += -r.wa * f;
         if (now_.tip.mode == RodEndMode::clamped && r.b == n_ - 1) tip_force_ += -r.wb * f;
+        if (r.response >= 0) {
+            const Response& u = response_[static_cast<std::size_t>(r.response)];
+            const auto direction = [&](int s) { return Vec3{tx_[s], ty_[s], tz_[s]}; };
+            if (now_.base.mode == RodEndMode::clamped)
+                base_force_ += -(r.f_n * u.base_tension) * direction(1);
+            if (now_.tip.mode == RodEndMode::clamped)
+                tip_force_ += (r.f_n * u.tip_tension) * direction(n_ - 1);
+        }
         if (r.slips) {
             r.stick_1 = r.stick_2 = 0.0;
             continue;

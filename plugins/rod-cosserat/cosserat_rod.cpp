@@ -73,6 +73,9 @@ CosseratRod::CosseratRod(const RodDescription& d, std::span<const double> parame
         a->assign(n + 1, 0.0);
     const auto contacts = static_cast<std::size_t>(d.max_contacts);
     rows_.resize(contacts);
+    for (Response& u : response_)
+        for (Array* a : {&u.x, &u.y, &u.z})
+            a->assign(n, 0.0);
     impulse_.resize(contacts);
     memory_.resize(contacts);
     for (std::size_t j = 0; j < m; ++j) {
@@ -362,37 +365,11 @@ void CosseratRod::publish(double h) {
     twist(h, 1.0, next_spin_);
     twist_moments(h, next_spin_);
     elastic_forces();
-    double* right = right_.data();
     for (int i = 0; i < n_; ++i) {
         const double s = 0.5 * h * w_[i];
-        out_vx_[i] = s * fx_[i], out_vy_[i] = s * fy_[i], out_vz_[i] = s * fz_[i];
+        out_vx_[i] = vx_[i] + s * fx_[i], out_vy_[i] = vy_[i] + s * fy_[i], out_vz_[i] = vz_[i] + s * fz_[i];
     }
-    const auto onto_axis = [&](int i, Vec3 d) {
-        const double a = dot({out_vx_[i], out_vy_[i], out_vz_[i]}, d);
-        out_vx_[i] = a * d.x, out_vy_[i] = a * d.y, out_vz_[i] = a * d.z;
-    };
-    for (int i = 0; i < on_axis_; ++i)
-        onto_axis(i, now_.guide.direction);
-    for (int j = 0; j < n_ - 1; ++j) {
-        const int s = j + 1;
-        const Vec3 rel{out_vx_[s] - out_vx_[j] + vx_[s] - vx_[j], out_vy_[s] - out_vy_[j] + vy_[s] - vy_[j],
-                       out_vz_[s] - out_vz_[j] + vz_[s] - vz_[j]};
-        right[j] = tx_[s] * rel.x + ty_[s] * rel.y + tz_[s] * rel.z;
-        diagonal_[j] = (w_[j] + w_[s]) * (1.0 + 1e-10);
-        lower_[j] = -w_[j] * (tx_[s] * tx_[j] + ty_[s] * ty_[j] + tz_[s] * tz_[j]);
-        upper_[j] =
-            j + 2 < n_ ? -w_[s] * (tx_[s] * tx_[s + 1] + ty_[s] * ty_[s + 1] + tz_[s] * tz_[s + 1]) : 0.0;
-    }
-    if (lapack::solve_tridiagonal(n_ - 1, lower_.data() + 1, diagonal_.data(), upper_.data(), right))
-        std::copy(right, right + n_ - 1, lambda_.begin() + 1);
-    else
-        std::fill(lambda_.begin(), lambda_.end(), 0.0);
-    for (int i = 0; i < n_; ++i) {
-        const double a = w_[i] * lambda_[i + 1], b = w_[i] * lambda_[i];
-        out_vx_[i] += vx_[i] + a * tx_[i + 1] - b * tx_[i];
-        out_vy_[i] += vy_[i] + a * ty_[i + 1] - b * ty_[i];
-        out_vz_[i] += vz_[i] + a * tz_[i + 1] - b * tz_[i];
-    }
+    keep_lengths(out_vx_, out_vy_, out_vz_);
 }
 
 Vec3 CosseratRod::angular_velocity(int j) const {

@@ -5,6 +5,7 @@
 
 #include <calot/rod_model.hpp>
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -107,6 +108,7 @@ class CosseratRod {
     void hold_to_axis();
     void project_lengths(double h);
     double solve_lengths(double h);
+    bool keep_lengths(Array& vx, Array& vy, Array& vz);
     void limit_speed(double h);
     double twist(double h, double progress, std::span<double> spin) const;
     void turn_frames(double h);
@@ -120,6 +122,8 @@ class CosseratRod {
     // contacts.cpp
     bool can_touch(const RodContact& contact) const;
     void prepare_contacts();
+    void prepare_response(ContactRow& row);
+    void move_along_normal(const ContactRow& row, double way, double rate);
     void begin_contacts(double h, double progress);
     void solve_contacts(double h, double progress);
     void end_contacts(double h);
@@ -171,6 +175,9 @@ class CosseratRod {
     // Contacts of this tick, and the memory that carries stick from tick to tick.
     std::size_t contact_count_ = 0, row_count_ = 0;
     std::vector<ContactRow> rows_;
+    static constexpr int most_responses = 4;
+    std::array<Response, most_responses> response_;
+    int responses_ = 0;
     std::vector<Vec3> impulse_;
     std::vector<ContactMemory> memory_;
     std::size_t memory_count_ = 0;

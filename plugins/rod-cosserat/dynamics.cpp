@@ -339,6 +339,38 @@ void CosseratRod::project_lengths(double h) {
         if (solve_lengths(h) < second_solve_above) return;
 }
 
+// Takes from velocities, 3 times N, the least that changes lengths, in the measure of the masses; what lies
+// in the guide keeps to its axis. lambda_: the tensions that do so. False, and nothing taken: no solution.
+bool CosseratRod::keep_lengths(Array& vx, Array& vy, Array& vz) {
+    const auto onto_axis = [&] {
+        for (int i = 0; i < on_axis_; ++i) {
+            const Vec3 v = dot({vx[i], vy[i], vz[i]}, now_.guide.direction) * now_.guide.direction;
+            vx[i] = v.x, vy[i] = v.y, vz[i] = v.z;
+        }
+    };
+    onto_axis();
+    double* right = right_.data();
+    for (int j = 0; j < n_ - 1; ++j) {
+        const int s = j + 1;
+        right[j] = tx_[s] * (vx[s] - vx[j]) + ty_[s] * (vy[s] - vy[j]) + tz_[s] * (vz[s] - vz[j]);
+        diagonal_[j] = (w_[j] + w_[s]) * (1.0 + 1e-10);
+        lower_[j] = -w_[j] * (tx_[s] * tx_[j] + ty_[s] * ty_[j] + tz_[s] * tz_[j]);
+        upper_[j] =
+            j + 2 < n_ ? -w_[s] * (tx_[s] * tx_[s + 1] + ty_[s] * ty_[s + 1] + tz_[s] * tz_[s + 1]) : 0.0;
+    }
+    if (!lapack::solve_tridiagonal(n_ - 1, lower_.data() + 1, diagonal_.data(), upper_.data(), right))
+        return false;
+    std::copy(right, right + n_ - 1, lambda_.begin() + 1);
+    for (int i = 0; i < n_; ++i) {
+        const double a = w_[i] * lambda_[i + 1], b = w_[i] * lambda_[i];
+        vx[i] += a * tx_[i + 1] - b * tx_[i];
+        vy[i] += a * ty_[i + 1] - b * ty_[i];
+        vz[i] += a * tz_[i + 1] - b * tz_[i];
+    }
+    onto_axis();
+    return true;
+}
+
 // Axial spins with twist taken implicitly (backward Euler), which is what makes 0.1 ms substeps possible:
 // torsional waves would ask for 30 us at 1 cm spacing. D = I + (h^2 + h tau) K is tri-diagonal, symmetric,
 // definite and constant over the tick.
