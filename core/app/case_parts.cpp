@@ -136,7 +136,7 @@ void CaseParts::describe(const CaseOptions& options, const cases::Journal* repla
     header.created = now_utc();
     header.procedure = procedure.id();
     header.rod = rod.id();
-    header.device = device ? device.id() : replay->header.device;
+    header.device = device ? device.id() : replay != nullptr ? replay->header.device : std::string();
     header.operator_code = options.operator_code;
     header.start = options.start;
     header.until = options.until;

@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <exception>
 
-int main(int count, char** arguments) {
-    using namespace calot::app;
+namespace calot::app {
+namespace {
+
+int perform(int count, char** arguments) {
     CLI::App app(
         "Calot simulates endoscopic procedures for training. Without a subcommand it opens the launcher.",
         "calot");
@@ -36,13 +38,20 @@ int main(int count, char** arguments) {
                      e.what());
         return bad_input;
     }
+    return action();
+}
+
+} // namespace
+} // namespace calot::app
+
+int main(int count, char** arguments) {
     try {
-        return action();
+        return calot::app::perform(count, arguments);
     } catch (const calot::host::PluginError& e) {
         std::fprintf(stderr, "calot: %s\n", e.what());
-        return plugin_failure;
+        return calot::app::plugin_failure;
     } catch (const std::exception& e) {
         std::fprintf(stderr, "calot: %s\n", e.what());
-        return bad_input;
+        return calot::app::bad_input;
     }
 }

@@ -371,6 +371,22 @@ TEST(BenchRod, compress_has_a_vessel_for_any_rod) {
     }
 }
 
+// A tip of 6 g on 5 kN/m: what the load moves its node in a tick is ten times the give of the body.
+TEST(BenchRod, a_light_rod_bears_on_a_stiff_body_with_its_load) {
+    std::string out, errors;
+    ASSERT_EQ(run({"press", "--EI", "0.002", "--GJ", "0.002", "--length", "0.3", "--mass-per-length", "0.02",
+                   "--load", "1", "--csv"},
+                  out, errors),
+              0)
+        << out << errors;
+    int count = 0;
+    const std::string quantity = ",held_force,";
+    for (std::size_t at = 0; (at = out.find(quantity, at)) != std::string::npos;
+         at += quantity.size(), ++count)
+        EXPECT_NEAR(std::stod(out.substr(at + quantity.size())), 1.0, 1e-6) << out;
+    EXPECT_EQ(count, 2) << out;
+}
+
 TEST(BenchRod, judges_nobody_where_the_reference_does_not_hold) {
     std::string out, errors;
     EXPECT_EQ(run({"capstan", "--csv", "--EI", "0.3", "--length", "0.4", "--load", "1"}, out, errors), 0)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <span>
 
 namespace calot::bench {
@@ -15,6 +16,8 @@ struct Press {
     double growth =
         0; ///< by how much it swings more in the later half of a hold than in the earlier, over the stroke
     double held_force = 0; ///< N, at the end of the first hold
+    double most_force = 0; ///< N, the reference's greatest in a tick
+    double farthest = 0;   ///< m, the reference's stroke
 };
 
 Press press(const MakeInstance& make, const UniformRod& uniform, const PressScene& scene, double out) {
@@ -39,7 +42,6 @@ Press press(const MakeInstance& make, const UniformRod& uniform, const PressScen
 
     Press result;
     Vec3 tip_seen = rod.position(tip);
-    double stroke = 0;
     struct Range {
         double low = HUGE_VAL, high = -HUGE_VAL;
         void add(double v) { low = std::min(low, v), high = std::max(high, v); }
@@ -66,7 +68,8 @@ Press press(const MakeInstance& make, const UniformRod& uniform, const PressScen
         body.end_tick(impulse);
 
         const double at = rod.position(tip).x - out, time = t + dt;
-        stroke = std::max(stroke, right.tool[k + 1]);
+        result.farthest = std::max(result.farthest, right.tool[k + 1]);
+        result.most_force = std::max(result.most_force, right.force[k + 1]);
         result.deviation = std::max(result.deviation, std::abs(at - right.tool[k + 1]));
         for (int hold = 0; hold < 2; ++hold) {
             const double since = time - (hold == 0 ? 0.4 : 1.5);
@@ -74,6 +77,7 @@ Press press(const MakeInstance& make, const UniformRod& uniform, const PressScen
         }
         if (time > 0.7 && time <= 0.8) result.held_force += impulse / dt, ++count;
     }
+    const double stroke = result.farthest;
     result.deviation /= stroke;
     for (const auto& half : halves)
         result.growth = std::max(result.growth, (half[1].size() - half[0].size()) / stroke);
@@ -115,7 +119,10 @@ std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
             scene.body_stiffness = std::max(stiffness, 2 * load / reach);
             if (stiffness == 200 && scene.body_stiffness >= 5000) continue; // the stiff one is as stiff
             scene.body_damping = 0.2 * std::sqrt(scene.body_stiffness * scene.body_mass);
-            scene.gap = std::min(5e-3, 0.1 * reach);
+            // The way out and in at 5 Hz asks for at most twice the load, so that the drive keeps the tool on
+            // it.
+            const double swing = std::numbers::pi * 10;
+            scene.gap = std::min({5e-3, 0.1 * reach, 4 * load / (scene.tool_mass * swing * swing)});
             scene.depth = load / scene.body_stiffness + load / scene.drive_stiffness;
             const Press p = press(make, rod, scene, out);
             const std::string label =
@@ -126,12 +133,20 @@ std::vector<Row> run_press(const MakeInstance& make, const RodOptions& o) {
             rows.push_back(relative_row("press", o, rod, "held_force", p.held_force, load, 0.05, label));
             rows.push_back(
                 absolute_row("press", o, rod, "growth", p.growth, 0, std::max(0.0, p.growth), 1e-4, label));
-            if (load <= 2 * most) continue;
-            for (Row& row : std::span(rows).subspan(first))
-                row.unsuited(
+            const double beyond = out + p.farthest, buckling = 2.47 * rod.bending / (beyond * beyond);
+            std::string why;
+            if (load > 2 * most)
+                why =
                     "what is short enough not to buckle under this load is shorter than three segments: give "
                     "less than " +
-                    setting("N", most) + ", or more --nodes");
+                    setting("N", most) + ", or more --nodes";
+            else if (p.most_force > buckling)
+                why = "what is beyond the guide buckles at " + setting("N", buckling) +
+                      ", and the body is hit with " + setting("N", p.most_force) +
+                      ": give less --mass-per-length or more --EI";
+            if (why.empty()) continue;
+            for (Row& row : std::span(rows).subspan(first))
+                row.unsuited(why);
         }
     return rows;
 }

@@ -50,7 +50,7 @@ CaseHeader header() {
 calot_controls controls_at(std::int64_t tick) {
     calot_controls c{};
     c.struct_size = sizeof c;
-    c.insertion = 1e-4 * static_cast<double>(tick / 3); // changes at every third tick
+    c.insertion = 1e-4 * static_cast<double>(tick - tick % 3) / 3; // changes at every third tick
     c.wheel[1] = tick > 120 ? -0.25 : 0.5;
     c.port[2].rotation = 0.125;
     c.table_tilt[1] = 7;

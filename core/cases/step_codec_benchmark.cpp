@@ -14,7 +14,7 @@ void journal_encode(benchmark::State& state) {
     ControlWords before = words_of(controls);
     std::array<char, most_step_bytes> out;
     std::uint32_t mark = 0;
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         controls.insertion += 1e-4;
         controls.rotation += 1e-3;
         controls.wheel[0] += 1e-3;

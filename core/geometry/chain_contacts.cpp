@@ -330,9 +330,8 @@ void ChainContacts::Impl::drop_shared(const Chain& chain, std::size_t segment) {
                 const Found& a = inside.items[s];
                 const Found& b = ends.items[e];
                 const bool alike = dot(a.minimum.normal, b.minimum.normal) > alike_cosine;
-                if (a.minimum.part == b.minimum.part && a.minimum.behind == b.minimum.behind)
-                    ends.erase(e);
-                else if (near && alike && a.gap < b.gap)
+                const bool same = a.minimum.part == b.minimum.part && a.minimum.behind == b.minimum.behind;
+                if (same || (near && alike && a.gap < b.gap))
                     ends.erase(e);
                 else if (near && alike)
                     keep = false;

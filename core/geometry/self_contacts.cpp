@@ -71,10 +71,10 @@ struct alignas(32) BoxLanes {
     }
     unsigned overlap(const Box& box) const {
         using namespace detail;
-        Int8 hit = splat8(0.0f) <= splat8(0.0f);
-        for (int k = 0; k < 3; ++k)
-            hit &= (load8(lo[k]) <= splat8(box.hi[k])) & (load8(hi[k]) >= splat8(box.lo[k]));
-        return mask8(hit);
+        const auto along = [&](int k) {
+            return (load8(lo[k]) <= splat8(box.hi[k])) & (load8(hi[k]) >= splat8(box.lo[k]));
+        };
+        return mask8(along(0) & along(1) & along(2));
     }
 };
 

@@ -56,6 +56,7 @@ void expect_well_formed(std::span<const SelfContact> contacts, const Chain& chai
 
 TEST(SelfContacts, a_straight_chain_has_none) {
     std::vector<Vec3> nodes;
+    nodes.reserve(100);
     for (int i = 0; i < 100; ++i)
         nodes.push_back({0.002 * i, 0, 0}); // nodes much closer than the radius
     SelfContacts query(100);
@@ -116,6 +117,7 @@ TEST(SelfContacts, the_nearest_pair_is_always_among_them) {
         // Two straight parts joined by a detour, so that only they can touch.
         const Vec3 u = random.in_cube(1), v = random.in_cube(1), meet = random.in_cube(0.01);
         std::vector<Vec3> nodes;
+        nodes.reserve(12);
         for (int i = 0; i < 5; ++i)
             nodes.push_back((0.01 * (i - 2) / norm(u)) * u);
         nodes.push_back({0.5, 0.5, 0.5});

@@ -111,7 +111,7 @@ bool is_realtime(const std::string& name_of_call) {
 }
 
 void note_faults() {
-    thread_local std::array<char, 16 * 1024> stack;
+    thread_local std::array<char, 16384> stack;
     stack_t alternative{};
     alternative.ss_sp = stack.data();
     alternative.ss_size = stack.size();

@@ -26,9 +26,10 @@ typedef struct calot_contact {
     uint32_t segment;     /* which segment of the chain, from the base: 0 .. N-2 */
     double t;             /* where on its axis: 0 at node segment, 1 at node segment + 1 */
     double axis_point[3]; /* m, that point of the axis when the query was made */
-    double point[3];      /* m, on the other side's surface when the query was made */
+    double point[3];      /* m, on the other side's surface: found by the query, moved on with the surface to
+                             the step's begin */
     double normal[3];     /* unit, from the other side to the rod */
-    double gap;      /* m, between the two surfaces when the query was made, along normal; negative inside */
+    double gap; /* m, from point's surface to the rod's about axis_point, along normal; negative inside */
     double friction; /* Coulomb coefficient of the other side, multiplied by the segment's factor */
     double
         free_position[3]; /* m, where point will be at the end of the tick if this contact gave no impulse */
