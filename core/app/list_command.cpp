@@ -116,8 +116,7 @@ int why(const std::string& id, bool as_json) {
     std::cout << id << (is_usable ? " can be used.\n" : " can't be used.\n") << "Looked into:\n" << places;
     if (findings.empty())
         std::cout << "No manifest there has this id. Check its spelling with `calot list`, or add the "
-                     "plugin's folder "
-                     "to CALOT_PLUGIN_PATH.\n";
+                     "plugin's folder to CALOT_PLUGIN_PATH.\n";
     else
         std::cout << "Found:\n" << findings;
     if (unreadable > 0) {

@@ -21,9 +21,8 @@ int perform(int count, char** arguments) {
         examples({"calot                              open the launcher",
                   "calot list                         what is installed",
                   "calot run --help                   how to perform a procedure without the launcher"}) +
-        "\nExit codes: 0 completed, 1 not completed, 2 bad input or a plugin refused before the case, 3 "
-        "plugin "
-        "or device\nfailure during it.");
+        "\nExit codes: 0 completed, 1 not completed, 2 bad input or a plugin refused before the case,\n"
+        "3 plugin or device failure during it.");
     Action action = [] { return launch(); };
     add_run(app, action);
     add_replay(app, action);

@@ -396,8 +396,7 @@ void write_comparison(std::ostream& out, const std::vector<Row>& rows) {
         out << '\n';
     }
     out << "\nus: processor time of a simulated millisecond; solves: the same in 6x6 block-tridiagonal "
-           "solves of "
-           "99 blocks\n";
+           "solves of 99 blocks\n";
     for (const Row& r : rows)
         if (r.model == "floor" || r.quantity == "cost_of_1000_over_100" || r.quantity == "real_time_factor" ||
             r.quantity == "largest_stable_step") {

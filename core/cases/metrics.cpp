@@ -75,23 +75,20 @@ const std::vector<MetricDefinition>& task_metrics() {
          "Simulated time from the task's begin until its goal was reached; pauses do not count.", ""},
         {"path-length", "Path length of the tip", "m",
          "Length of the way of the endoscope's camera, its position low-passed at 10 Hz (second order, "
-         "critically "
-         "damped).",
+         "critically damped).",
          ""},
         {"tip-speed-mean", "Mean speed of the tip", "m/s", "Path length over the time measured.", ""},
         {"tip-speed-max", "Greatest speed of the tip", "m/s", "Of the low-passed position of the camera.",
          ""},
         {"tissue-force-mean", "Mean force on tissue", "N",
          "Mean over all ticks of the sum of the magnitudes of all contact forces between endoscope and "
-         "organs, each "
-         "its impulse over a tick of 1 ms.",
+         "organs, each its impulse over a tick of 1 ms.",
          ""},
         {"tissue-force-max", "Greatest force on tissue", "N",
          "Greatest mean of that sum over 16 consecutive ticks (16 ms).", ""},
         {"shaft-speed-mean", "Mean velocity of the shaft", "m/s",
          "Mean magnitude of the velocity of the shaft into and out of the patient at its entry: insertion "
-         "low-passed "
-         "at 10 Hz (second order, critically damped).",
+         "low-passed at 10 Hz (second order, critically damped).",
          ""},
         {"shaft-speed-max", "Greatest velocity of the shaft", "m/s",
          "Greatest magnitude of the same velocity.", ""},

@@ -125,9 +125,8 @@ FittedDatasheet fitted_datasheet(const std::vector<SegmentFit>& fits, const std:
             note << std::setprecision(3) << "bending_damping of " << f.segment << " is " << f.damping.value
                  << " s, more than a datasheet may hold (" << simulation::most_bending_damping
                  << " s): a sheath does not lose so much; it stays as it was. Clamp the segment shorter, so "
-                    "that it swings "
-                    "faster and loses less to the air and the clamp, and read again; or give the same decay "
-                    "as drag = "
+                    "that it swings faster and loses less to the air and the clamp, and read again; or give "
+                    "the same decay as drag = "
                  << 2 * f.decay.value << " 1/s";
             result.notes.push_back(note.str());
         }

@@ -102,8 +102,7 @@ void Library::open() {
                rebuild);
     if (descriptor.abi_fingerprint != CALOT_ABI_FINGERPRINT)
         refuse("is built with other headers of the contract than this Calot (its fingerprint differs), "
-               "though its "
-               "manifest says otherwise",
+               "though its manifest says otherwise",
                rebuild);
 }
 
