@@ -149,7 +149,8 @@ std::vector<Row> run_torque_lag(const MakeInstance& make, const RodOptions& o) {
                                    whipping.stick > 2 * full.stick && whipping.tip_rate > 0.9, "low GJ"));
     }
     rows.push_back(absolute_row("torque-lag", o, uniform, "energy_gain", gain, 0, gain, 1e-2));
-    rows.push_back(plain_row("torque-lag", o, uniform, "friction_over_work", full.dissipated));
+    rows.push_back(absolute_row("torque-lag", o, uniform, "friction_over_work", full.dissipated, 1,
+                                std::max(0.0, full.dissipated - 1), 2e-2));
     return rows;
 }
 

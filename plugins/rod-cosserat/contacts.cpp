@@ -23,8 +23,8 @@ constexpr double film = 0.25; // s/m
 
 // Deep overlap falls by a factor e in this time.
 constexpr double deep_recovery = 1e-3; // s
-// What yields is foretold, and found some hundredths of a millimetre elsewhere when it has been computed: a tip
-// without any overlap would lose it and hit it at every other tick. So overlap with it falls more slowly.
+// What yields is foretold, and found some hundredths of a millimetre elsewhere when it has been computed: a
+// tip without any overlap would lose it and hit it at every other tick. So overlap with it falls more slowly.
 constexpr double soft_recovery = 10e-3; // s
 
 // A contact whose normal is within 60 degrees of the shaft's direction pushes along the shaft, and what gives
@@ -291,6 +291,22 @@ void CosseratRod::end_contacts(double h) {
         r.stick_2 += dot(r.e2, slid) + h * r.lever * spin_[r.a] +
                      (r.other_a >= 0 ? h * r.other_lever * spin_[r.other_a] : 0.0) +
                      share * (r.c_2 * f_2 + r.c_n2 * r.f_n + r.c_12 * r.f_1);
+    }
+}
+
+// What the last substep's forces give the published velocities in this time. Of an end-on contact the nodes'
+// own share suffices: lengths spread it.
+void CosseratRod::add_contact_kick(double time) {
+    for (std::size_t k = 0; k < row_count_; ++k) {
+        const ContactRow& r = rows_[k];
+        if (r.f_n <= 0.0) continue;
+        const Vec3 p = time * (r.f_n * r.normal + r.f_1 * r.e1 + (r.f_2 + r.f_film) * r.e2);
+        const auto kick = [&](int i, double weight) {
+            const double s = weight * w_[i];
+            out_vx_[i] += s * p.x, out_vy_[i] += s * p.y, out_vz_[i] += s * p.z;
+        };
+        kick(r.a, r.wa), kick(r.b, r.wb);
+        if (r.other_a >= 0) kick(r.other_a, -r.other_wa), kick(r.other_b, -r.other_wb);
     }
 }
 

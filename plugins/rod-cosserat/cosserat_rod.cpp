@@ -360,7 +360,8 @@ bool CosseratRod::all_finite() const {
 }
 
 // Leapfrog velocities are half a substep behind the positions. What is shown is brought to the same time:
-// half a kick, then made compatible with the lengths, as RATTLE does (Andersen 1983).
+// half a kick, contacts' last forces included (what rests between walls has no speed), then made compatible
+// with the lengths, as RATTLE does (Andersen 1983).
 void CosseratRod::publish(double h) {
     twist(h, 1.0, next_spin_);
     twist_moments(h, next_spin_);
@@ -369,6 +370,7 @@ void CosseratRod::publish(double h) {
         const double s = 0.5 * h * w_[i];
         out_vx_[i] = vx_[i] + s * fx_[i], out_vy_[i] = vy_[i] + s * fy_[i], out_vz_[i] = vz_[i] + s * fz_[i];
     }
+    add_contact_kick(0.5 * h);
     keep_lengths(out_vx_, out_vy_, out_vz_);
 }
 

@@ -127,6 +127,7 @@ class CosseratRod {
     void begin_contacts(double h, double progress);
     void solve_contacts(double h, double progress);
     void end_contacts(double h);
+    void add_contact_kick(double time);
     void remember_contacts();
     Vec3 contact_point(const ContactRow& row) const;
 
