@@ -111,8 +111,8 @@ constexpr RodProblem problems[] = {
      {.friction = true, .angle = true},
      "Turned inside a bent tube until the tip follows. --friction: the greatest, 0.4; --angle: of the bend, "
      "rad, pi/2. lag of the tip behind the base, rad, grows with friction and with angle; at a low GJ the "
-     "tip sticks longer, then slips; neither energy's rise nor what friction takes is more than the work done "
-     "at the base.",
+     "tip sticks longer, then slips; neither energy's rise nor what friction takes is more than the work "
+     "done at the base.",
      "torque-lag --friction 0.3 --angle 2"},
     {"push-soak",
      "in anatomy, pushed, turned and steered at random at the devices' limits: stays in the lumen",
