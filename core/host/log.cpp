@@ -40,7 +40,7 @@ struct Log::Sink {
 Log::Log() : sink_(std::make_unique<Sink>()) {
     sink_->logger.set_pattern("%l: %v");
     sink_->logger.set_level(wanted_level());
-    drainer_ = std::jthread([this](std::stop_token stop) {
+    drainer_ = std::jthread([this](const std::stop_token& stop) {
         while (!stop.stop_requested()) {
             std::this_thread::sleep_for(std::chrono::milliseconds(50));
             drain();

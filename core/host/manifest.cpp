@@ -16,7 +16,7 @@
 namespace calot::host {
 namespace {
 
-constexpr std::size_t max_manifest_bytes = 64 * 1024;
+constexpr std::size_t max_manifest_bytes = 65536;
 constexpr std::size_t max_models = 32;
 constexpr std::size_t max_assets = 256;
 constexpr std::size_t max_listed = 64;
@@ -194,7 +194,7 @@ std::string read_version(Table& table, const std::string& version) {
 }
 
 std::string one_of(Table& table, std::string_view field, std::initializer_list<std::string_view> choices) {
-    const std::string value = table.text(field, 60);
+    std::string value = table.text(field, 60);
     if (std::find(choices.begin(), choices.end(), value) != choices.end()) return value;
     std::string all;
     for (const std::string_view choice : choices)

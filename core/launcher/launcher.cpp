@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <exception>
@@ -171,8 +172,8 @@ void Launcher::State::draw_details(const ProcedureEntry& p, const Picture& pictu
     heading(p.title.c_str());
     std::string line = p.specialty;
     for (const std::string& part :
-         {p.level, p.minutes > 0 ? "about " + std::to_string(static_cast<int>(p.minutes + 0.5)) + " min"
-                                 : std::string()})
+         {p.level,
+          p.minutes > 0 ? "about " + std::to_string(std::lround(p.minutes)) + " min" : std::string()})
         if (!part.empty()) line += (line.empty() ? "" : "   \xC2\xB7   ") + part;
     ImGui::TextDisabled("%s", line.c_str());
     if (!picture.empty()) {

@@ -27,7 +27,7 @@ class LauncherTest : public testing::Test {
     ~LauncherTest() override { fs::remove_all(folder_); }
 
     fs::path script(const std::string& name, const std::string& body) const {
-        const fs::path file = folder_ / name;
+        fs::path file = folder_ / name;
         std::ofstream(file) << "#!/bin/sh\n" << body;
         fs::permissions(file, fs::perms::owner_all);
         return file;

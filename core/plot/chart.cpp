@@ -266,10 +266,12 @@ void draw(const std::vector<Panel>& panels, const std::filesystem::path& file) {
     const std::size_t columns = std::clamp<std::size_t>(panels.size(), 1, most_in_row);
     const std::size_t rows = std::max<std::size_t>((panels.size() + columns - 1) / columns, 1);
     Canvas canvas(panel_width * static_cast<double>(columns), panel_height * static_cast<double>(rows), file);
-    for (std::size_t i = 0; i < panels.size(); ++i)
-        PanelPainter(canvas.cairo(), panels[i], panel_width * static_cast<double>(i % columns),
-                     panel_height * static_cast<double>(i / columns))
+    for (std::size_t i = 0; i < panels.size(); ++i) {
+        const std::size_t row = i / columns, column = i % columns;
+        PanelPainter(canvas.cairo(), panels[i], panel_width * static_cast<double>(column),
+                     panel_height * static_cast<double>(row))
             .paint();
+    }
     canvas.write();
 }
 

@@ -37,7 +37,7 @@ Axis make_axis(double low, double high, bool is_log, int count) {
     double step = round_step((axis.high - axis.low) / std::max(count, 2));
     if (is_log) step = std::max(1.0, std::ceil(step));
     if (is_log && axis.high - axis.low < 2) { // so that a decade has more than its ends
-        for (double power = std::floor(axis.low); power <= axis.high; ++power)
+        for (int power = static_cast<int>(std::floor(axis.low)); power <= axis.high; ++power)
             for (const double factor : {1.0, 2.0, 5.0})
                 if (const double tick = power + std::log10(factor); tick >= axis.low && tick <= axis.high) {
                     axis.ticks.push_back(tick);

@@ -147,9 +147,7 @@ void draw(const Options& options) {
                 renderer.exposure(), *std::min_element(ms.begin(), ms.end()), describe_context().c_str());
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
+int perform(int argc, char** argv) {
     Options o;
     o.settings.scale = 1;
     CLI::App app("Draws an anatomy with an endoscope in it.");
@@ -172,9 +170,15 @@ int main(int argc, char** argv) {
     app.add_option("--samples", o.settings.samples, "1 or 4");
     app.add_flag("!--no-external", o.external, "the endoscope's view alone");
     CLI11_PARSE(app, argc, argv);
+    draw(o);
+    return 0;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
     try {
-        draw(o);
-        return 0;
+        return perform(argc, argv);
     } catch (const std::exception& error) {
         std::fprintf(stderr, "calot_anatomy_picture: %s\n", error.what());
         return 2;

@@ -5,7 +5,8 @@
 
 namespace calot::rendering {
 namespace {
-constexpr int kSide = 40;              // of the thumbnail
+constexpr int kSide = 40; // of the thumbnail
+constexpr GLsizeiptr kBytes = GLsizeiptr{4} * kSide * kSide;
 constexpr double kTarget = 0.44;       // mean of the displayed values
 constexpr double kGlareShare = 0.06;   // of the picture that may be near white
 constexpr double kTimeConstant = 0.25; // s
@@ -19,7 +20,7 @@ ExposureMeter::ExposureMeter()
     glBindFramebuffer(GL_FRAMEBUFFER, *frame_);
     glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, *colour_);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, *pixels_);
-    glBufferData(GL_PIXEL_PACK_BUFFER, kSide * kSide * 4, nullptr, GL_STREAM_READ);
+    glBufferData(GL_PIXEL_PACK_BUFFER, kBytes, nullptr, GL_STREAM_READ);
     glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
 }
 
@@ -39,18 +40,18 @@ void ExposureMeter::adapt(double seconds) {
     if (!pending_) return;
     pending_ = false;
     glBindBuffer(GL_PIXEL_PACK_BUFFER, *pixels_);
-    const auto* p = static_cast<const unsigned char*>(
-        glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, kSide * kSide * 4, GL_MAP_READ_BIT));
+    const auto* p =
+        static_cast<const unsigned char*>(glMapBufferRange(GL_PIXEL_PACK_BUFFER, 0, kBytes, GL_MAP_READ_BIT));
     if (!p) {
         glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
         return;
     }
     double sum = 0, weight = 0, glare = 0;
+    const unsigned char* c = p;
     for (int y = 0; y < kSide; ++y)
-        for (int x = 0; x < kSide; ++x) {
+        for (int x = 0; x < kSide; ++x, c += 4) {
             const double u = (x + 0.5) / kSide * 2 - 1, v = (y + 0.5) / kSide * 2 - 1;
             if (std::abs(u) + std::abs(v) > 1 + kMaskCorner) continue; // behind the mask
-            const unsigned char* c = p + 4 * (y * kSide + x);
             const double luma = (0.299 * c[0] + 0.587 * c[1] + 0.114 * c[2]) / 255;
             const double w = 1.25 - 0.5 * (u * u + v * v); // the centre counts more
             sum += w * luma;

@@ -44,8 +44,8 @@ TEST(Optics, the_radius_has_the_angle_as_its_inverse) {
     Optics o;
     o.k = {-0.03, 0.004, 0, 0};
     check(o);
-    for (double theta = 0; theta < o.field_of_view / 2; theta += 0.1)
-        EXPECT_NEAR(fisheye_angle(o, fisheye_radius(o, theta)), theta, 1e-12);
+    for (int i = 0; 0.1 * i < o.field_of_view / 2; ++i)
+        EXPECT_NEAR(fisheye_angle(o, fisheye_radius(o, 0.1 * i)), 0.1 * i, 1e-12);
 }
 
 TEST(Optics, a_radius_that_turns_back_is_refused) {
@@ -176,7 +176,8 @@ TEST_F(Files, a_video_has_as_many_frames_as_were_written_also_with_an_odd_size) 
 TEST_F(Files, a_video_that_cannot_be_made_says_why) {
     EXPECT_THROW(VideoWriter(folder_ / "no/such/folder.mp4", 64, 64, 30), std::runtime_error);
     EXPECT_THROW(VideoWriter(folder_ / "a.mp4", 64, 64, 0), std::runtime_error);
-    const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
+    const char* found = std::getenv("PATH");
+    const std::string path = found != nullptr ? found : "";
     setenv("PATH", folder_.c_str(), 1);
     std::string said;
     try {
@@ -193,7 +194,8 @@ TEST_F(Files, an_encoder_that_dies_is_an_error_and_not_a_signal) {
     const fs::path fake = folder_ / "ffmpeg";
     std::ofstream(fake) << "#!/bin/sh\necho 'no such encoder' >&2\nexit 3\n";
     fs::permissions(fake, fs::perms::owner_all);
-    const std::string path = std::getenv("PATH") ? std::getenv("PATH") : "";
+    const char* found = std::getenv("PATH");
+    const std::string path = found != nullptr ? found : "";
     setenv("PATH", (folder_.string() + ":" + path).c_str(), 1);
     VideoWriter video(folder_ / "a.mp4", 640, 360, 30);
     setenv("PATH", path.c_str(), 1);

@@ -14,6 +14,7 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 namespace calot::rendering {
@@ -78,7 +79,9 @@ struct Renderer::State {
     void make_targets();
     int scene_width() const { return scaled(settings.width); }
     int scene_height() const { return scaled(settings.height); }
-    int scaled(int pixels) const { return std::max(16, static_cast<int>(pixels * settings.scale + 0.5)); }
+    int scaled(int pixels) const {
+        return std::max(16, static_cast<int>(std::lround(pixels * settings.scale)));
+    }
     GLuint picture_frame() const { return picture.frame ? *picture.frame : *scene.frame; }
 
     View endoscope_view(const FrameState&, const Layout&) const;

@@ -98,8 +98,7 @@ void Renderer::State::draw_tissue(const View& v, const ViewPrograms& programs,
         const Program& p = item.split ? programs.tissue_split : programs.tissue;
         if (&p != current) {
             p.use();
-            View camera = v;
-            set_camera(p, camera);
+            set_camera(p, v);
             p.set("u_veins", 0);
             p.set("u_film", 1);
             p.set("u_light", static_cast<float>(light));
