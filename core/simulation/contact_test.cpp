@@ -178,7 +178,7 @@ TEST(Collision, the_deepest_of_both_kinds_stay_when_not_all_fit) {
     const auto world = drum();
     std::vector<double> position;
     const auto& path = world->anatomy.find("path")->points;
-    for (int i = 0; i < 80; ++i)
+    for (std::size_t i = 0; i < 80; ++i)
         for (int k = 0; k < 3; ++k)
             position.push_back(path[4 * i][k] * (k < 2 ? 0.0337 / 0.033 : 0.95));
     const std::vector<double> radius(79, shaft_radius);

@@ -242,7 +242,7 @@ std::filesystem::path find_datasheet(const std::filesystem::path& folder, const 
                                      const std::string& option) {
     std::error_code problem;
     if (word.find('/') != std::string::npos || word.ends_with(".toml")) return word;
-    const std::filesystem::path named = folder / (word + ".toml");
+    std::filesystem::path named = folder / (word + ".toml");
     if (std::filesystem::is_regular_file(named, problem)) return named;
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(folder, problem))

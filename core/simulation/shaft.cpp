@@ -49,8 +49,9 @@ Shaft::Shaft(const Plugin& plugin, const World& world, std::uint32_t nodes, std:
              bool threaded, bool measure, std::uint64_t seed, const Start& start, const CouplingGains& gains)
     : plugin_(plugin), rod_(functions<calot_rod>(plugin)), world_(world), endoscope_(world.endoscope, nodes),
       gains_(gains), collision_(world.surfaces, endoscope_.radii(), most_contacts, threaded),
-      position_(3 * nodes), velocity_(3 * nodes), frame_(4 * (nodes - 1)), angular_velocity_(3 * (nodes - 1)),
-      impulse_(3 * most_contacts), contacts_(most_contacts) {
+      position_(std::size_t{3} * nodes), velocity_(position_.size()), frame_(std::size_t{4} * (nodes - 1)),
+      angular_velocity_(std::size_t{3} * (nodes - 1)), impulse_(std::size_t{3} * most_contacts),
+      contacts_(most_contacts) {
     const calot_pose& exit = *world.anatomy.find(world.scene.guide)->pose;
     guide_.present = 1;
     std::copy_n(exit.position, 3, guide_.exit);

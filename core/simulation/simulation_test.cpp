@@ -146,6 +146,7 @@ TEST(Simulation, readers_on_other_threads_see_whole_snapshots) {
     std::atomic<bool> is_over{false};
     std::atomic<int> torn{0}, seen{0};
     std::vector<std::thread> readers;
+    readers.reserve(3);
     for (int i = 0; i < 3; ++i)
         readers.emplace_back([&] {
             std::int64_t last = -1;

@@ -10,7 +10,7 @@ void snapshot_publish(benchmark::State& state) {
     SnapshotRing ring(100, 1200);
     std::int64_t tick = 0;
     SnapshotRing::View held;
-    for (auto _ : state) {
+    for ([[maybe_unused]] auto _ : state) {
         Snapshot* slot = ring.begin();
         if (slot == nullptr) {
             state.SkipWithError("no slot is free with one reader");

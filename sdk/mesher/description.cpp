@@ -129,7 +129,7 @@ class Reader {
     }
 
     SweepPtr sweep(Fields& f, std::string_view key) {
-        const auto found = std::dynamic_pointer_cast<const Sweep>(find(f, key));
+        auto found = std::dynamic_pointer_cast<const Sweep>(find(f, key));
         if (!found) f.fail(key, "that shape is no sweep: name a shape of kind \"sweep\"");
         return found;
     }

@@ -120,9 +120,7 @@ bool compare_organs(const fs::path& folder, const std::string& facts, double ste
     return good;
 }
 
-} // namespace
-
-int main(int argc, char** argv) {
+int perform(int argc, char** argv) {
     CLI::App app{"calot-mesher: organ descriptions in, clean surface meshes (GLB) out."};
     app.footer(teaching);
     std::string description, all, out, facts, overlaps;
@@ -147,38 +145,43 @@ int main(int argc, char** argv) {
     app.set_version_flag("--version", mesher_version);
     CLI11_PARSE(app, argc, argv);
 
-    try {
-        bool good = true;
-        if (!check.empty()) {
-            meshio::ReadOptions options;
-            options.scale = scale;
-            for (const auto& file : check) {
-                const auto made = mesher::examine(meshio::read_mesh(file, options), 0);
-                print(file, made, 0);
-                good = good && made.problem.empty();
-            }
-        } else if (!overlaps.empty()) {
-            good = compare_organs(overlaps, facts, step);
-        } else if (!all.empty()) {
-            fs::create_directories(out.empty() ? "." : out);
-            for (const auto& each : descriptions_in(all)) {
-                try {
-                    good =
-                        mesh_one(each, fs::path(out) / (each.stem().string() + ".glb"), facts, draft) && good;
-                } catch (const std::runtime_error& error) {
-                    std::cerr << "calot-mesher: " << error.what() << std::endl;
-                    good = false;
-                }
-            }
-        } else if (!description.empty() && !out.empty()) {
-            good = mesh_one(description, out, facts, draft);
-        } else {
-            std::cerr << "calot-mesher: nothing to do: give DESCRIPTION.toml -o MESH.glb, --all FOLDER -o "
-                         "FOLDER, --overlaps FOLDER, or --check MESH; --help explains"
-                      << std::endl;
-            return 2;
+    bool good = true;
+    if (!check.empty()) {
+        meshio::ReadOptions options;
+        options.scale = scale;
+        for (const auto& file : check) {
+            const auto made = mesher::examine(meshio::read_mesh(file, options), 0);
+            print(file, made, 0);
+            good = good && made.problem.empty();
         }
-        return good ? 0 : 1;
+    } else if (!overlaps.empty()) {
+        good = compare_organs(overlaps, facts, step);
+    } else if (!all.empty()) {
+        fs::create_directories(out.empty() ? "." : out);
+        for (const auto& each : descriptions_in(all)) {
+            try {
+                good = mesh_one(each, fs::path(out) / (each.stem().string() + ".glb"), facts, draft) && good;
+            } catch (const std::runtime_error& error) {
+                std::cerr << "calot-mesher: " << error.what() << std::endl;
+                good = false;
+            }
+        }
+    } else if (!description.empty() && !out.empty()) {
+        good = mesh_one(description, out, facts, draft);
+    } else {
+        std::cerr << "calot-mesher: nothing to do: give DESCRIPTION.toml -o MESH.glb, --all FOLDER -o "
+                     "FOLDER, --overlaps FOLDER, or --check MESH; --help explains"
+                  << std::endl;
+        return 2;
+    }
+    return good ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return perform(argc, argv);
     } catch (const std::exception& error) {
         std::cerr << "calot-mesher: " << error.what() << std::endl;
         return 2;
