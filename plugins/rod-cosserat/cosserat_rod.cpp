@@ -69,7 +69,7 @@ CosseratRod::CosseratRod(const RodDescription& d, std::span<const double> parame
                      &torsion_damping_, &drag_, &friction_})
         a->assign(m, 1.0);
     for (Array* a : {&tx_, &ty_, &tz_, &lambda_, &couple_x_, &couple_y_, &couple_z_, &lower_, &diagonal_,
-                     &upper_, &right_})
+                     &upper_, &right_, &pivot_})
         a->assign(n + 1, 0.0);
     const auto contacts = static_cast<std::size_t>(d.max_contacts);
     rows_.resize(contacts);
@@ -335,11 +335,17 @@ void CosseratRod::substep(double h, int index) {
 // Bounds speeds, of surfaces too, and keeps the positions that go with them.
 void CosseratRod::limit_speed(double h) {
     const double limit = row_count_ > 0 && !(now_.farthest > 0.0) ? speed_limit_in_contact : speed_limit;
+    const double *vx = vx_.data(), *vy = vy_.data(), *vz = vz_.data(), *radius = radius_.data();
+    double *spin = spin_.data(), surface = 0.0, top = 0.0;
+#pragma omp simd reduction(max : surface)
     for (int j = 0; j < n_ - 1; ++j)
-        spin_[j] = std::clamp(spin_[j], -limit / radius_[j], limit / radius_[j]);
-    double top = 0.0;
+        surface = std::max(surface, std::fabs(spin[j] * radius[j]));
+    if (surface > limit)
+        for (int j = 0; j < n_ - 1; ++j)
+            spin[j] = std::clamp(spin[j], -limit / radius[j], limit / radius[j]);
+#pragma omp simd reduction(max : top)
     for (int i = 0; i < n_; ++i)
-        top = std::max(top, vx_[i] * vx_[i] + vy_[i] * vy_[i] + vz_[i] * vz_[i]);
+        top = std::max(top, vx[i] * vx[i] + vy[i] * vy[i] + vz[i] * vz[i]);
     if (!(top > limit * limit)) return;
     for (int i = 0; i < n_; ++i) {
         const double v = norm(Vec3{vx_[i], vy_[i], vz_[i]});

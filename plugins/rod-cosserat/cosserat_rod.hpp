@@ -108,6 +108,7 @@ class CosseratRod {
     void hold_to_axis();
     void project_lengths(double h);
     double solve_lengths(double h);
+    bool solve_tensions();
     bool keep_lengths(Array& vx, Array& vy, Array& vz);
     void limit_speed(double h);
     double twist(double h, double progress, std::span<double> spin) const;
@@ -149,7 +150,7 @@ class CosseratRod {
     Array k1_, k2_, k3_, rest1_, rest2_, rest3_, last_u1_, last_u2_, rate1_, rate2_, per_cell_,
         per_twist_cell_, viscosity_, twist_viscosity_, gx_, gy_, gz_;
     // The tri-diagonal systems.
-    Array lower_, diagonal_, upper_, right_, twist_diagonal_, twist_off_, twist_unit_;
+    Array lower_, diagonal_, upper_, right_, pivot_, twist_diagonal_, twist_off_, twist_unit_;
 
     Array rest_darboux_;
     RodStep now_;

@@ -2,6 +2,7 @@
 // vectorised.
 #include "cosserat_rod.hpp"
 #include "lapack.hpp"
+#include "two_ended.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -315,8 +316,7 @@ double CosseratRod::solve_lengths(double h) {
         diagonal[row] += w[node] * (dot(k, d) * dot(t, d) - dot(k, t));
     };
     if (on_axis_ > 0 && on_axis_ < n_) on_line(on_axis_ - 1, on_axis_ - 1, now_.guide.direction);
-    if (!lapack::solve_tridiagonal(m, lower + 1, diagonal, upper, right)) return 0.0;
-    std::copy(right, right + m, lambda + 1);
+    if (!solve_tensions()) return 0.0;
     const double per_h = 1.0 / h;
 #pragma GCC ivdep
     for (int i = 0; i < n_; ++i) {
@@ -339,6 +339,18 @@ void CosseratRod::project_lengths(double h) {
         if (solve_lengths(h) < second_solve_above) return;
 }
 
+// lambda_ from the tri-diagonal system, which is lost. Rows are exchanged, as LAPACK does, only where a
+// segment turns so far in a substep that a pivot becomes small.
+bool CosseratRod::solve_tensions() {
+    const int m = n_ - 1;
+    double *lower = lower_.data(), *diagonal = diagonal_.data(), *upper = upper_.data(),
+           *right = right_.data();
+    if (two_ended::solve(m, lower, diagonal, upper, right, pivot_.data(), lambda_.data() + 1)) return true;
+    if (!lapack::solve_tridiagonal(m, lower + 1, diagonal, upper, right)) return false;
+    std::copy(right, right + m, lambda_.begin() + 1);
+    return true;
+}
+
 // Takes from velocities, 3 times N, the least that changes lengths, in the measure of the masses; what lies
 // in the guide keeps to its axis. lambda_: the tensions that do so. False, and nothing taken: no solution.
 bool CosseratRod::keep_lengths(Array& vx, Array& vy, Array& vz) {
@@ -358,9 +370,7 @@ bool CosseratRod::keep_lengths(Array& vx, Array& vy, Array& vz) {
         upper_[j] =
             j + 2 < n_ ? -w_[s] * (tx_[s] * tx_[s + 1] + ty_[s] * ty_[s + 1] + tz_[s] * tz_[s + 1]) : 0.0;
     }
-    if (!lapack::solve_tridiagonal(n_ - 1, lower_.data() + 1, diagonal_.data(), upper_.data(), right))
-        return false;
-    std::copy(right, right + n_ - 1, lambda_.begin() + 1);
+    if (!solve_tensions()) return false;
     for (int i = 0; i < n_; ++i) {
         const double a = w_[i] * lambda_[i + 1], b = w_[i] * lambda_[i];
         vx[i] += a * tx_[i + 1] - b * tx_[i];
@@ -385,11 +395,11 @@ void CosseratRod::factor_twist(double h) {
         twist_diagonal_[j] = polar_[j] + stiffness(j) + stiffness(j + 1);
         twist_off_[j] = j + 1 < m ? -stiffness(j + 1) : 0.0;
     }
-    lapack::factor_symmetric(m, twist_diagonal_.data(), twist_off_.data());
+    two_ended::factor(m, twist_diagonal_.data(), twist_off_.data());
     if (now_.base.mode != RodEndMode::coupled) return;
     std::fill(twist_unit_.begin(), twist_unit_.end(), 0.0);
     twist_unit_[0] = 1.0;
-    lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), twist_unit_.data());
+    two_ended::solve(m, twist_diagonal_.data(), twist_off_.data(), twist_unit_.data());
 }
 
 // Returns the torque of the coupling at the base, N m about the guide.
@@ -399,7 +409,7 @@ double CosseratRod::twist(double h, double progress, std::span<double> spin) con
                  *unit = twist_unit_.data();
     for (int j = 0; j < m; ++j)
         spin[j] = polar[j] * slow[j] * spin_[j] + h * torque[j];
-    lapack::solve_symmetric(m, twist_diagonal_.data(), twist_off_.data(), spin.data());
+    two_ended::solve(m, twist_diagonal_.data(), twist_off_.data(), spin.data());
     if (now_.base.mode != RodEndMode::coupled) return 0.0;
     // The coupling's torque at the substep's end, T = k (target - roll - h s) + c (velocity - s) with
     // s = spin + h T unit, solved for T.

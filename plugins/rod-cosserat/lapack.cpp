@@ -3,9 +3,6 @@
 extern "C" {
 void dgtsv_(const int* n, const int* nrhs, double* dl, double* d, double* du, double* b, const int* ldb,
             int* info);
-void dpttrf_(const int* n, double* d, double* e, int* info);
-void dpttrs_(const int* n, const int* nrhs, const double* d, const double* e, double* b, const int* ldb,
-             int* info);
 
 // LAPACK's handler of illegal arguments prints through the Fortran library and ends the program. Arguments
 // here are sizes checked at construction; with this definition the archive needs no Fortran library.
@@ -19,18 +16,6 @@ bool solve_tridiagonal(int n, double* lower, double* diagonal, double* upper, do
     int info = 0;
     dgtsv_(&n, &one, lower, diagonal, upper, right, &n, &info);
     return info == 0;
-}
-
-bool factor_symmetric(int n, double* diagonal, double* off_diagonal) {
-    int info = 0;
-    dpttrf_(&n, diagonal, off_diagonal, &info);
-    return info == 0;
-}
-
-void solve_symmetric(int n, const double* diagonal, const double* off_diagonal, double* right) {
-    const int one = 1;
-    int info = 0;
-    dpttrs_(&n, &one, diagonal, off_diagonal, right, &n, &info);
 }
 
 } // namespace calot::rod_cosserat::lapack
