@@ -55,3 +55,10 @@ build() {
     [ $? -eq 130 ] && fail "interrupted; the same command goes on where it was"
     fail "the build failed; see the compiler's message above"
 }
+
+# build_release: what is tested and measured, in build.
+build_release() {
+    configure "$root/build" -DCMAKE_BUILD_TYPE=Release -DCALOT_BUILD_TESTS=ON -DCALOT_BUILD_MESHER=ON \
+        -DCALOT_ARCHITECTURE="$(architecture)"
+    build "$root/build"
+}
