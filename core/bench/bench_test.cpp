@@ -387,6 +387,16 @@ TEST(BenchRod, a_light_rod_bears_on_a_stiff_body_with_its_load) {
     EXPECT_EQ(count, 2) << out;
 }
 
+// At the other numbers of the problem this is 100 N on 50 g a metre.
+TEST(BenchRod, a_taut_rod_slides_about_a_rough_drum_with_every_model_for_real_time) {
+    for (const char* model : {"org.calot.rod-cosserat", "org.calot.rod-direct"}) {
+        std::string out, errors;
+        EXPECT_EQ(run({"capstan", "--friction", "2", "--model", model, "--csv"}, out, errors), 0)
+            << out << errors;
+        EXPECT_NE(out.find(",true\n"), std::string::npos) << out;
+    }
+}
+
 TEST(BenchRod, judges_nobody_where_the_reference_does_not_hold) {
     std::string out, errors;
     EXPECT_EQ(run({"capstan", "--csv", "--EI", "0.3", "--length", "0.4", "--load", "1"}, out, errors), 0)

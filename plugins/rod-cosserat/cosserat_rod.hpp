@@ -95,7 +95,9 @@ class CosseratRod {
     void update_joints();
     void update_guide();
     double longest_stable(bool is_base_clamped, bool is_tip_clamped);
+    double stable_under_tension() const;
     void choose_substeps();
+    void note_tension(double h, int substeps);
     void factor_twist(double h);
     void directions();
     void elastic_moments(double h, bool advance);
@@ -143,8 +145,9 @@ class CosseratRod {
     Array qw_, qx_, qy_, qz_, length_, inverse_length_, spin_, next_spin_, polar_, torque_, slow_spin_;
     Array mass_per_length_, radius_, bending_1_, bending_2_, torsion_, bending_damping_, torsion_damping_,
         drag_, friction_;
-    // Segments with a zero on either side: segment j at j+1. t is the direction at the substep's start.
-    Array tx_, ty_, tz_, lambda_, couple_x_, couple_y_, couple_z_;
+    // Segments with a zero on either side: segment j at j+1. t is the direction at the substep's start;
+    // pulled_ sums lambda_ over the tick.
+    Array tx_, ty_, tz_, lambda_, pulled_, couple_x_, couple_y_, couple_z_;
     // Joints: N values; joint i lies at node i, between segments i-1 and i. u is the Darboux vector, k its
     // stiffness.
     Array k1_, k2_, k3_, rest1_, rest2_, rest3_, last_u1_, last_u2_, rate1_, rate2_, per_cell_,
@@ -171,8 +174,11 @@ class CosseratRod {
     };
     std::optional<Choice> chosen_;
     double longest_stable_ = 0, viscosity_cap_ = 0; // s
-    double slowed_for_ = 0;                         // s, the substep that drag's factors are of
-    double elapsed_ = 0;                            // s
+    double tension_stiffness_ =
+        0; // 1/s^2, of the last tick: the most that tension adds to a node's squared frequency
+    double last_substep_ = 0; // s
+    double slowed_for_ = 0;   // s, the substep that drag's factors are of
+    double elapsed_ = 0;      // s
 
     // Contacts of this tick, and the memory that carries stick from tick to tick.
     std::size_t contact_count_ = 0, row_count_ = 0;

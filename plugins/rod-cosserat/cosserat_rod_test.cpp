@@ -234,6 +234,32 @@ TEST(CosseratRod, free_vibration_gains_no_energy) {
     EXPECT_LT(std::fabs(rod.arc_length() - L), 1e-6 * L);
 }
 
+TEST(CosseratRod, a_taut_light_rod_swings_as_a_string_in_shorter_substeps) {
+    // 500 N on 50 g: by tension the grid's stiffest mode is beyond what substeps chosen for bending bear.
+    constexpr double tension = 500, mass = 0.05, height = 1e-3;
+    Rod spec(100, L, 0.0, 1e-3);
+    spec.mass.assign(99, mass);
+    for (int i = 0; i < 100; ++i)
+        spec.description.position[3 * i + 1] = height * std::sin(pi / 2 * i / 99);
+    CosseratRod rod = spec.make();
+    RodStep in = clamped();
+    in.tip.mode = RodEndMode::loaded;
+    in.tip.force = {tension, 0, 0};
+    ASSERT_TRUE(rod.step(in));
+    const int slack = rod.substeps();
+    // A string held at one end and drawn along a line at the other: a quarter of a wave.
+    const double half_period = 2.0 * L / std::sqrt(tension / mass);
+    run(rod, in, static_cast<int>(std::lround(half_period / in.dt)) - 1);
+    EXPECT_GT(rod.substeps(), slack);
+    EXPECT_NEAR(rod.position(99).y, -height, 0.02 * height);
+    EXPECT_NEAR(rod.position(50).y, -height * std::sin(pi / 2 * 50 / 99), 0.02 * height);
+    run(rod, in, 50 * static_cast<int>(std::lround(half_period / in.dt)));
+    EXPECT_LT(rod.energies().kinetic, 0.5 * tension * (pi / 2 * height) * (pi / 2 * height) / 2);
+    in.tip.force = {1, 0, 0};
+    run(rod, in, 2);
+    EXPECT_EQ(rod.substeps(), slack);
+}
+
 TEST(CosseratRod, bending_damping_costs_half_as_many_substeps_again_at_most) {
     int substeps[3] = {};
     double left[3] = {};

@@ -317,6 +317,10 @@ double CosseratRod::solve_lengths(double h) {
     };
     if (on_axis_ > 0 && on_axis_ < n_) on_line(on_axis_ - 1, on_axis_ - 1, now_.guide.direction);
     if (!solve_tensions()) return 0.0;
+    double* pulled = pulled_.data();
+#pragma GCC ivdep
+    for (int j = 1; j <= m; ++j)
+        pulled[j] += lambda[j];
     const double per_h = 1.0 / h;
 #pragma GCC ivdep
     for (int i = 0; i < n_; ++i) {

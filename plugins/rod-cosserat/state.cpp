@@ -7,7 +7,7 @@ namespace calot::rod_cosserat {
 
 namespace {
 
-constexpr std::size_t node_values = 13, segment_values = 8, contact_values = 5, single_values = 12;
+constexpr std::size_t node_values = 13, segment_values = 8, contact_values = 5, single_values = 14;
 constexpr double two_32 = 4294967296.0;
 
 } // namespace
@@ -27,7 +27,7 @@ void CosseratRod::visit_state(Rod& rod, F f) {
             f(v);
     for (auto* q : {&rod.base_clamp_, &rod.tip_clamp_})
         f(q->w), f(q->x), f(q->y), f(q->z);
-    f(rod.advance_), f(rod.roll_), f(rod.half_kick_);
+    f(rod.advance_), f(rod.roll_), f(rod.half_kick_), f(rod.tension_stiffness_), f(rod.last_substep_);
 }
 
 void CosseratRod::save(std::span<double> state) const {
