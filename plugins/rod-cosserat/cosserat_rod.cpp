@@ -16,7 +16,7 @@ constexpr double stability_share = 0.8;
 // still.
 constexpr double taut_share = 0.9;
 // Tension never makes a substep shorter than this share of what bending asks for.
-constexpr double least_taut_share = 0.125;
+constexpr double least_taut_share = 0.25;
 // The longest substep, s: bounds the leapfrog's energy error where the stability limit would allow more.
 constexpr double longest_substep = 1e-4;
 // s, added to every bending damping: the lowest mode of a metre of endoscope loses a part in 10^5 of its

@@ -72,7 +72,7 @@ void DirectRod::prepare_contacts() {
     row_count_ = 0;
     for (std::size_t k = 0; k < contact_count_; ++k) {
         const RodContact& c = now_.contacts[k];
-        impulse_[k] = {};
+        if (now_.from == 0.0) impulse_[k] = {};
         // What lies in the sleeve is not in the patient.
         if (c.segment + 1 < on_axis_) continue;
         ContactRow& r = rows_[row_count_++];
@@ -81,7 +81,7 @@ void DirectRod::prepare_contacts() {
         r.segment = c.segment, r.node = near_node(c.segment), r.along = c.along;
         r.normal = c.normal;
         r.gap = c.gap, r.friction = c.friction * friction_[at(c.segment)];
-        r.centre = c.centre, r.motion = now_.share * c.motion;
+        r.centre = c.centre + now_.from * c.motion, r.motion = now_.share * c.motion;
         const auto start = [&](int j, double t) { return (1.0 - t) * row(x0_, j) + t * row(x0_, j + 1); };
         r.start = start(c.segment, c.along);
         auto m = c.compliance;
@@ -108,11 +108,6 @@ void DirectRod::prepare_contacts() {
         };
         r.lever = lever(-radius_[at(c.segment)], axis);
         if (r.other >= 0) r.other_lever = lever(radius_[at(r.other)], axis_z(frame(r.other)));
-        const double before = r.gap + dot(r.normal, between - r.centre);
-        if (before < 0.0)
-            r.bound =
-                before + std::min(std::max(recovery_speed_ * now_.dt, -before * now_.dt / deep_recovery),
-                                  -taken_back * before);
         for (std::size_t s = 0; s < memory_count_; ++s) {
             // Contacts mostly keep their order from tick to tick.
             const ContactMemory& known = memory_[(k + s) % memory_count_];
@@ -123,6 +118,13 @@ void DirectRod::prepare_contacts() {
             r.most_friction = r.friction * known.most_normal;
             break;
         }
+        // What the part before this one will have moved the other side by.
+        if (now_.from > 0.0) r.gap += along * r.was_normal;
+        const double before = r.gap + dot(r.normal, between - r.centre);
+        if (before < 0.0)
+            r.bound =
+                before + std::min(std::max(recovery_speed_ * now_.dt, -before * now_.dt / deep_recovery),
+                                  -taken_back * before);
     }
 }
 
@@ -313,6 +315,7 @@ bool DirectRod::solve_contacts(bool is_first, int most_passes) {
             times_.solve += solving;
             times_.contacts += std::chrono::duration<double>(Clock::now() - t0).count() - solving;
         }
+        is_settled_ = done;
         if (done || is_last) return true;
     }
 }
@@ -323,7 +326,7 @@ void DirectRod::finish_contacts() {
         const ContactRow& r = rows_[k];
         const auto index = static_cast<std::size_t>(r.index);
         const Vec3 film = film_force(r);
-        impulse_[index] = now_.dt * (r.f + film);
+        impulse_[index] += now_.dt * (r.f + film);
         const double normal = std::max(0.0, dot(r.f, r.normal));
         const double before = r.friction > 0.0 ? kept * r.most_friction / r.friction : 0.0;
         if (normal == 0.0 && !(before > small_way * inertia_[at(r.node)])) continue;

@@ -32,7 +32,9 @@ constexpr int most_with_torque = 12;
 // attempts.
 constexpr double most_partial = 0.8, shortest_part = 2e-5; // -, s
 constexpr int most_attempts = 4;
-constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
+// A step whose passes come to no end is taken in so many parts.
+constexpr int parts = 4;
+constexpr int most_linearisations = 5, most_passes = 10, later_passes = 8;
 
 using Clock = std::chrono::steady_clock;
 
@@ -271,14 +273,18 @@ bool DirectRod::all_finite() const {
     return sum == 0.0;
 }
 
-// Of a step, the first share of it.
-StepPart DirectRod::first_part(const RodStep& whole, double share) const {
-    StepPart part{whole, share};
+// Of a step that has come to `from`, as much more; the ends go from where they are to their targets.
+StepPart DirectRod::part_of(const RodStep& whole, double from, double share) const {
+    StepPart part{whole, share, from};
     part.dt = share * whole.dt;
+    for (RodCoupling* c : {&part.base.axial, &part.base.roll})
+        c->target += from * whole.dt * c->velocity;
+    const double of_rest = share / (1.0 - from);
+    if (of_rest >= 1.0) return part;
     const auto shorten = [&](RodEnd& end, const Vec3& place, const Quat& turn) {
         if (end.mode != RodEndMode::clamped) return;
-        end.position = place + share * (end.position - place);
-        end.orientation = blend(turn, end.orientation, share);
+        end.position = place + of_rest * (end.position - place);
+        end.orientation = blend(turn, end.orientation, of_rest);
     };
     shorten(part.base, position(0), frame_slot(0));
     shorten(part.tip, position(m_), frame_slot(n_));
@@ -295,12 +301,20 @@ bool DirectRod::step(const RodStep& input) {
         // No small rest is left: it were a step of its own.
         if (share > most_partial) share = 1.0;
         share = std::max(share, std::min(1.0, shortest_part / input.dt));
-        is_solved = try_step(share < 1.0 ? first_part(input, share) : StepPart{input});
+        is_solved = try_step(share < 1.0 ? part_of(input, 0.0, share) : StepPart{input});
         const double moved = is_solved ? farthest_moved() : 0.0;
         if (moved <= 1.25 * farthest || share * input.dt <= shortest_part || attempt + 1 == most_attempts)
             break;
         load(saved_);
         share *= std::clamp(0.9 * farthest / moved, 0.1, 0.7);
+    }
+    elapsed_ = now_.dt;
+    if (share == 1.0 && !(is_solved && is_settled_)) {
+        load(saved_);
+        elapsed_ = input.dt;
+        is_solved = step_in_parts(input);
+    } else if (is_solved) {
+        end_step();
     }
     if (!is_solved) {
         load(saved_);
@@ -312,12 +326,29 @@ bool DirectRod::step(const RodStep& input) {
         base_force_ = base_torque_ = tip_force_ = tip_torque_ = {};
         std::fill(impulse_.begin(), impulse_.end(), Vec3{});
         now_.contacts = {};
-        return false;
     }
+    return is_solved;
+}
+
+// Where the passes come to no end: from one part to the next less changes.
+bool DirectRod::step_in_parts(const RodStep& input) {
+    Vec3 base_force, base_torque, tip_force, tip_torque;
+    const double share = 1.0 / parts;
+    for (int i = 0; i < parts; ++i) {
+        if (!try_step(part_of(input, i * share, share))) return false;
+        end_step();
+        base_force += share * base_force_, base_torque += share * base_torque_;
+        tip_force += share * tip_force_, tip_torque += share * tip_torque_;
+    }
+    base_force_ = base_force, base_torque_ = base_torque;
+    tip_force_ = tip_force, tip_torque_ = tip_torque;
+    return true;
+}
+
+void DirectRod::end_step() {
     report_ends();
     finish();
     finish_contacts();
-    return true;
 }
 
 bool DirectRod::try_step(const StepPart& input) {

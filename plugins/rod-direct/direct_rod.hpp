@@ -14,9 +14,10 @@
 
 namespace calot::rod_direct {
 
-/// What is taken of a step: all, or a first part of it.
+/// What is taken of a step: all, or a part of it.
 struct StepPart : RodStep {
     double share = 1.0; ///< of the contacts' motion and compliance: they are of a step longer by its inverse
+    double from = 0.0;  ///< of the step, is over: as much of the contacts' motion
 };
 
 /// Where the time of one step went, seconds, and how much of it there was.
@@ -63,7 +64,7 @@ class DirectRod {
     }
 
     /// s that the last step took.
-    double elapsed() const { return now_.dt; }
+    double elapsed() const { return elapsed_; }
     /// N s over the last tick, on the rod; parallel to the contacts given.
     std::span<const Vec3> contact_impulses() const { return {impulse_.data(), contact_count_}; }
     /// Mean over the last tick of what the base's holder (clamp, coupling or load) exerted on the rod.
@@ -93,8 +94,10 @@ class DirectRod {
     // direct_rod.cpp
     void update_joints();
     void come_to_rest();
-    StepPart first_part(const RodStep& whole, double share) const;
+    StepPart part_of(const RodStep& whole, double from, double share) const;
     bool try_step(const StepPart& input);
+    bool step_in_parts(const RodStep& input);
+    void end_step();
     void begin(const StepPart& input);
     bool solve_tick();
     double fastest() const;
@@ -185,6 +188,8 @@ class DirectRod {
 
     ChainSolver solver_;
     StepPart now_;
+    bool is_settled_ = true; ///< contacts and caps follow their laws where the passes ended
+    double elapsed_ = 0;     ///< s
     bool viscous_ = false;
     bool base_was_clamped_ = false, tip_was_clamped_ = false;
     bool is_calm_ = true;         ///< the last tick was: one linearisation, small turns
