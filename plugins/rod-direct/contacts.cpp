@@ -192,7 +192,7 @@ void DirectRod::linearise(ContactRow& r, bool is_closed) const {
     const Vec3 f = force_at(r, r.moved, is_closed, &r.stiffness);
     r.force = f + times(r.stiffness, r.moved);
     if (r.other >= 0) return;
-    r.film = film_per_step * (is_closed ? r.was_normal : std::max(0.0, dot(f, r.normal)));
+    r.film = now_.delay * film_per_step * (is_closed ? r.was_normal : std::max(0.0, dot(f, r.normal)));
 }
 
 // What each contact does at the solution. True if its law there is another than the one that was solved with.
@@ -266,6 +266,18 @@ double DirectRod::way_energy() const {
     return sum;
 }
 
+// Beyond what the forces of the last solve have the surfaces give way, where the passes have come to.
+double DirectRod::worst_overlap() const {
+    double worst = 0.0;
+    for (std::size_t k = 0; k < row_count_; ++k) {
+        const ContactRow& r = rows_[k];
+        if (r.other >= 0) continue;
+        const double gap = r.gap_0 + dot(r.normal, r.moved), borne = std::max(0.0, dot(r.f, r.normal));
+        worst = std::max(worst, -gap - r.give * borne);
+    }
+    return worst;
+}
+
 void DirectRod::take(double share) {
     const auto blend = [&](Array* to, const Array* from) {
         for (int k = 0; k < 3; ++k)
@@ -304,6 +316,7 @@ bool DirectRod::solve_contacts(bool is_first, int most_passes) {
         take(share);
         // One more where the last passed the coupling's cap: it is solved for at the cap.
         const bool is_last = pass + 1 >= most_passes + (is_cap_passed() ? 1 : 0);
+        left_overlap_ = done ? 0.0 : worst_overlap();
         if (!done)
             for (std::size_t k = 0; k < row_count_; ++k) {
                 ContactRow& r = rows_[k];
@@ -315,7 +328,6 @@ bool DirectRod::solve_contacts(bool is_first, int most_passes) {
             times_.solve += solving;
             times_.contacts += std::chrono::duration<double>(Clock::now() - t0).count() - solving;
         }
-        is_settled_ = done;
         if (done || is_last) return true;
     }
 }

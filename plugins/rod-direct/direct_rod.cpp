@@ -32,9 +32,11 @@ constexpr int most_with_torque = 12;
 // attempts.
 constexpr double most_partial = 0.8, shortest_part = 2e-5; // -, s
 constexpr int most_attempts = 4;
-// A step whose passes come to no end is taken in so many parts.
+// A step whose passes come to no end, and leave more overlap than this that nothing bears, is taken in so
+// many parts.
+constexpr double most_left = 1e-5; // m
 constexpr int parts = 4;
-constexpr int most_linearisations = 5, most_passes = 10, later_passes = 8;
+constexpr int most_linearisations = 5, most_passes = 16, later_passes = 8;
 
 using Clock = std::chrono::steady_clock;
 
@@ -309,7 +311,7 @@ bool DirectRod::step(const RodStep& input) {
         share *= std::clamp(0.9 * farthest / moved, 0.1, 0.7);
     }
     elapsed_ = now_.dt;
-    if (share == 1.0 && !(is_solved && is_settled_)) {
+    if (share == 1.0 && !(is_solved && left_overlap_ < most_left)) {
         load(saved_);
         elapsed_ = input.dt;
         is_solved = step_in_parts(input);
@@ -335,7 +337,9 @@ bool DirectRod::step_in_parts(const RodStep& input) {
     Vec3 base_force, base_torque, tip_force, tip_torque;
     const double share = 1.0 / parts;
     for (int i = 0; i < parts; ++i) {
-        if (!try_step(part_of(input, i * share, share))) return false;
+        StepPart part = part_of(input, i * share, share);
+        part.delay = parts;
+        if (!try_step(part)) return false;
         end_step();
         base_force += share * base_force_, base_torque += share * base_torque_;
         tip_force += share * tip_force_, tip_torque += share * tip_torque_;

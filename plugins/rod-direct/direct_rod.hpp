@@ -18,6 +18,7 @@ namespace calot::rod_direct {
 struct StepPart : RodStep {
     double share = 1.0; ///< of the contacts' motion and compliance: they are of a step longer by its inverse
     double from = 0.0;  ///< of the step, is over: as much of the contacts' motion
+    double delay = 1.0; ///< how old the contacts' normals are, in such parts
 };
 
 /// Where the time of one step went, seconds, and how much of it there was.
@@ -139,6 +140,7 @@ class DirectRod {
     bool judge_contacts();
     double contact_share(double curvature) const;
     double way_energy() const;
+    double worst_overlap() const;
     void take(double share);
     bool solve_contacts(bool is_first, int most_passes);
     Vec3 film_force(const ContactRow& row) const;
@@ -188,8 +190,8 @@ class DirectRod {
 
     ChainSolver solver_;
     StepPart now_;
-    bool is_settled_ = true; ///< contacts and caps follow their laws where the passes ended
-    double elapsed_ = 0;     ///< s
+    double left_overlap_ = 0; ///< m; what contacts do not bear where the passes ended
+    double elapsed_ = 0;      ///< s
     bool viscous_ = false;
     bool base_was_clamped_ = false, tip_was_clamped_ = false;
     bool is_calm_ = true;         ///< the last tick was: one linearisation, small turns
