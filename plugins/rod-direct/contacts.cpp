@@ -108,6 +108,13 @@ void DirectRod::prepare_contacts() {
         };
         r.lever = lever(-radius_[at(c.segment)], axis);
         if (r.other >= 0) r.other_lever = lever(radius_[at(r.other)], axis_z(frame(r.other)));
+        // What earlier parts will have moved the other side by at the tick's end.
+        if (now_.from > 0.0) r.gap += dot(given, impulse_[k]) / now_.dt;
+        const double before = r.gap + dot(r.normal, between - r.centre);
+        if (before < 0.0)
+            r.bound =
+                before + std::min(std::max(recovery_speed_ * now_.dt, -before * now_.dt / deep_recovery),
+                                  -taken_back * before);
         for (std::size_t s = 0; s < memory_count_; ++s) {
             // Contacts mostly keep their order from tick to tick.
             const ContactMemory& known = memory_[(k + s) % memory_count_];
@@ -118,13 +125,6 @@ void DirectRod::prepare_contacts() {
             r.most_friction = r.friction * known.most_normal;
             break;
         }
-        // What the part before this one will have moved the other side by.
-        if (now_.from > 0.0) r.gap += along * r.was_normal;
-        const double before = r.gap + dot(r.normal, between - r.centre);
-        if (before < 0.0)
-            r.bound =
-                before + std::min(std::max(recovery_speed_ * now_.dt, -before * now_.dt / deep_recovery),
-                                  -taken_back * before);
     }
 }
 
